@@ -11,6 +11,7 @@
 
 #include "io/clouds/text_layout.h"
 #include "io/error.h"
+#include "io/points/column_roles.h"
 #include "io/text/counted_noun.h"
 #include "io/text/lower_case.h"
 #include "io/text/text_fields.h"
@@ -293,6 +294,7 @@ std::vector<RowColumn> pcd_columns(const PcdHeader& header, const std::string& f
     }
     offset += field.bytes();
   }
+  name_by_roles(columns);
   refuse_twice(columns, file);
   return columns;
 }

@@ -8,12 +8,14 @@
 #include "io/byte_order_mark.h"
 #include "io/error.h"
 #include "io/ply/intensity_name.h"
+#include "io/points/column_roles.h"
 
 namespace orbweave {
 namespace {
 
-/// Under the names that the attributes had before they were written.
+/// Under the names of their roles, and those that the attributes had before they were written.
 std::vector<RowColumn> with_own_names(std::vector<RowColumn> columns) {
+  name_by_roles(columns);
   const auto named = [&](const char* name) {
     return std::ranges::find(columns, name, &RowColumn::name);
   };

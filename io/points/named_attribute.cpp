@@ -14,20 +14,30 @@ std::string common_name(std::string_view name) {
   return common;
 }
 
+/// The name that an attribute had before CloudCompare wrote it to a PLY file: its "Return Number"
+/// is scalar_Return_Number there.
+std::string_view without_prefix(std::string_view name) {
+  constexpr std::string_view kPrefix = "scalar_";
+  const bool has_prefix = lower_case(std::string(name.substr(0, kPrefix.size()))) == kPrefix;
+  return has_prefix ? name.substr(kPrefix.size()) : name;
+}
+
 }  // namespace
 
 bool have_same_name(std::string_view a, std::string_view b) {
-  return common_name(a) == common_name(b);
+  return common_name(without_prefix(a)) == common_name(without_prefix(b));
 }
 
 std::optional<NamedAttribute> find_attribute(const PointSchema& schema, std::string_view name) {
-  const std::string wanted = common_name(name);
+  std::optional<NamedAttribute> with_prefix;
   std::size_t offset = 0;
   for (const AttributeField& field : schema.attributes) {
-    if (common_name(field.name) == wanted) return NamedAttribute(offset, field.type);
+    if (common_name(field.name) == common_name(name)) return NamedAttribute(offset, field.type);
+    if (!with_prefix && have_same_name(field.name, name))
+      with_prefix = NamedAttribute(offset, field.type);
     offset += size_of(field.type);
   }
-  return std::nullopt;
+  return with_prefix;
 }
 
 }  // namespace orbweave

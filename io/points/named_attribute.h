@@ -34,11 +34,12 @@ class NamedAttribute {
   ScalarType type_ = ScalarType::kUint8;
 };
 
-/// Whether two names stand for the same attribute, in any case and with or without '_'.
+/// Whether two names stand for the same attribute, in any case, with or without '_', and with or
+/// without CloudCompare's "scalar_" in front.
 bool have_same_name(std::string_view a, std::string_view b);
 
 /// The first attribute of that name, in any case and with or without '_': "ReturnNumber" of PCD is
-/// "return_number" of LAS. Nothing where there is none.
+/// "return_number" of LAS. Where there is none, the first with "scalar_" in front; else nothing.
 std::optional<NamedAttribute> find_attribute(const PointSchema& schema, std::string_view name);
 
 }  // namespace orbweave

@@ -182,6 +182,11 @@ TEST_CASE("NormalsAmongTheExtraBytesAreNormals") {
   CHECK(wide.schema.normal_type == ScalarType::kFloat64);
   CHECK(wide.normals == std::vector<Vec3>(2, {1.0, -0.5, 2.0}));
 
+  const std::string three = raw(0.0f) + raw(0.6f) + raw(0.8f);
+  const PointCloud named = read_las(
+      file_with({{9, "normal_x"}, {9, "normal_y"}, {9, "normal_z"}}, three, three).bytes());
+  CHECK(named.schema.has_normals);
+
   const PointCloud two = read_las(
       file_with({{9, "NormalX"}, {9, "NormalY"}}, raw(1.0f) + raw(2.0f), raw(3.0f) + raw(4.0f))
           .bytes());

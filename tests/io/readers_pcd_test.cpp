@@ -344,6 +344,16 @@ TEST_CASE("PackedColorsMayBeFloatsOrIntegers") {
   CHECK(attribute_names(plain.schema) == Names{"rgb_0", "rgb_1", "rgb_2"});
 }
 
+TEST_CASE("PcdNormalsAndColorsAreKnownByTheNamesOfOtherFormats") {
+  const PointCloud cloud =
+      read_pcd(header("x y z NormalX NormalY NormalZ r g b", "4 4 4 4 4 4 1 1 1",
+                      "F F F F F F U U U", "1 1 1 1 1 1 1 1 1", "1", "ascii") +
+               "1 2 3 0 0 1 10 20 30\n");
+  CHECK(cloud.normals == std::vector<Vec3>{{0, 0, 1}});
+  CHECK(attribute_names(cloud.schema) == Names{"red", "green", "blue"});
+  CHECK(attribute_value(cloud, 0, 2) == 30.0);
+}
+
 TEST_CASE("OldAndSparseHeadersAreRead") {
   const std::vector<Vec3> expected = {{1, 2, 3}, {4, 5, 6}};
   CHECK(read_pcd("VERSION .5\nCOLUMNS x y z\nPOINTS 2\nDATA ascii\n1 2 3\n4 5 6\n").positions ==

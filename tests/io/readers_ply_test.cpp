@@ -281,6 +281,54 @@ TEST_CASE("NormalsNeedAllThreeComponents") {
   CHECK(three.normals == std::vector<Vec3>{{1, 2, 3}});
 }
 
+/// A PLY file of one vertex whose properties are 1, 2, 3, ...
+std::string ply_of(const std::vector<std::string>& names) {
+  std::string properties, values;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    properties += "property float " + names[i] + "\n";
+    values += std::to_string(i + 1) + " ";
+  }
+  return header("ascii", "element vertex 1\n" + properties) + values + "\n";
+}
+
+TEST_CASE("NormalsAndColorsAreKnownByTheNamesThatOtherProgramsGiveThem") {
+  using Strings = std::vector<std::string>;
+  const ScratchDirectory scratch;
+  const auto read = [&](const Strings& names) {
+    write_file(scratch / "a.ply", ply_of(names));
+    return read_cloud(scratch / "a.ply");
+  };
+  for (const Strings& normal :
+       {Strings{"normal_x", "normal_y", "normal_z"}, Strings{"normalx", "normaly", "normalz"},
+        Strings{"NormalX", "NormalY", "NormalZ"}, Strings{"scalar_Nx", "scalar_Ny", "scalar_Nz"}}) {
+    CAPTURE(normal[0]);
+    const PointCloud cloud = read({"x", "y", "z", normal[0], normal[1], normal[2]});
+    CHECK(cloud.normals == std::vector<Vec3>{{4, 5, 6}});
+    CHECK(cloud.schema.attributes.empty());
+  }
+  for (const Strings& color : {Strings{"diffuse_red", "diffuse_green", "diffuse_blue"},
+                               Strings{"r", "g", "b"}, Strings{"Red", "Green", "Blue"}}) {
+    CAPTURE(color[0]);
+    const PointCloud cloud = read({"X", "Y", "Z", color[2], color[1], color[0], "Quality"});
+    CHECK(cloud.positions == std::vector<Vec3>{{1, 2, 3}});
+    CHECK(test::attribute_names(cloud.schema) == Strings{"blue", "green", "red", "Quality"});
+  }
+}
+
+TEST_CASE("NamesOfOtherProgramsAreLeftWhereARoleIsTakenOrNotWhole") {
+  using Strings = std::vector<std::string>;
+  const ScratchDirectory scratch;
+  const auto names = [&](const Strings& properties) {
+    write_file(scratch / "a.ply", ply_of(properties));
+    return test::attribute_names(read_cloud(scratch / "a.ply").schema);
+  };
+  const Strings both = {"red", "green", "blue", "r", "g", "b", "Normal_x", "Normal_y", "Normal_z"};
+  CHECK(names({"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "r", "g", "b", "Normal_x",
+               "Normal_y", "Normal_z"}) == both);
+  CHECK(names({"x", "y", "z", "r", "g", "normal_x", "normal_y"}) ==
+        Strings{"r", "g", "normal_x", "normal_y"});
+}
+
 TEST_CASE("SamplePlyFilesHaveTheirPoints") {
   const auto sample = [](const std::string& name) {
     return test::data_path("samples/ply/" + name);

@@ -91,6 +91,18 @@ TEST_CASE("ClassesThatAreNamedAreKeptEvenIfTheyAreNoise") {
         std::vector<double>{1, 3, 4});
 }
 
+TEST_CASE("ClassesOfCloudComparesScalarFieldsAreClasses") {
+  std::string cloud_compare = kClasses;
+  cloud_compare.replace(cloud_compare.find("classification"), 14, "scalar_Classification");
+  CHECK(kept_of(cloud_compare, {.dropped_classes = {7, 18}}) == std::vector<double>{0, 4});
+  CHECK(kept_of(cloud_compare, {.classes = {6}}) == std::vector<double>{4});
+  // An attribute of that very name comes first.
+  const std::string both =
+      "FIELDS x y z scalar_Classification Classification\nWIDTH 2\nDATA ascii\n"
+      "0 0 0 7 2\n1 0 0 2 7\n";
+  CHECK(kept_of(both, {.dropped_classes = {7}}) == std::vector<double>{0});
+}
+
 TEST_CASE("DroppingClassesAsksForNone") {
   CHECK(kept_of(pcd_of({{1, 2, 3}}), {.dropped_classes = {7, 18}}) == std::vector<double>{1});
   // What is no class is no class that is dropped.

@@ -58,11 +58,13 @@ ScalarType cloud_type(const StoredValue& value) {
 
 /// 0, 1, 2 for a component of a normal; 3 for anything else.
 std::size_t normal_axis(const std::string& name) {
-  constexpr std::array<std::array<std::string_view, 2>, 3> kNames = {
-      {{"normalx", "nx"}, {"normaly", "ny"}, {"normalz", "nz"}}};
+  constexpr std::array<std::array<std::string_view, 3>, 3> kNames = {
+      {{"normalx", "nx", "normal_x"},
+       {"normaly", "ny", "normal_y"},
+       {"normalz", "nz", "normal_z"}}};
   const std::string plain = lower_case(name);
   std::size_t axis = 0;
-  while (axis < 3 && kNames[axis][0] != plain && kNames[axis][1] != plain) ++axis;
+  while (axis < 3 && std::ranges::find(kNames[axis], plain) == kNames[axis].end()) ++axis;
   return axis;
 }
 
