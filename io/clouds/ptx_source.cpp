@@ -348,6 +348,7 @@ class PtxSource final : public PointSource {
       throw_bad_input("the file holds no scans",
                       {.file = rows_.lines().reader().name(), .expected = kHeaderMeaning[0]});
     has_colors_ = rows_.has_color() && (!again || every_scan_has_colors(again()));
+    loses_colors_ = rows_.has_color() && !has_colors_;
     schema_.position_type = ScalarType::kFloat64;
     schema_.attributes.push_back({"intensity", ScalarType::kFloat32});
     if (!has_colors_) return;
@@ -367,6 +368,8 @@ class PtxSource final : public PointSource {
     FileFacts facts;
     facts.format = "PTX";
     facts.scans = scans_;
+    if (loses_colors_)
+      facts.lost_values.emplace_back("colours, which not all scans of the file have");
     return facts;
   }
 
@@ -401,8 +404,9 @@ class PtxSource final : public PointSource {
 
   const ByteSource& bytes() const { return rows_.lines().reader().source(); }
 
-  void append(const PtxScan& scan, PointCloud& batch) const {
+  void append(const PtxScan& scan, PointCloud& batch) {
     batch.positions.push_back(scan.world(row_.position));
+    loses_colors_ = loses_colors_ || (row_.has_color && !has_colors_);
     std::array<std::byte, sizeof(float) + 3> attributes;
     std::memcpy(attributes.data(), &row_.intensity, sizeof(float));
     if (has_colors_) {
@@ -420,6 +424,7 @@ class PtxSource final : public PointSource {
   PtxRow row_;  ///< the next point, of the scan that rows_ is in
   bool has_row_ = false;
   bool has_colors_ = false;
+  bool loses_colors_ = false;     ///< some points, as far as they were read, have colours
   std::vector<ScanFacts> scans_;  ///< that were read; scans without points have none
   PointSchema schema_;
   std::optional<ScannerPlace> scanner_;

@@ -434,6 +434,27 @@ TEST_CASE("E57FieldsOfNoInterestAreSteppedOver") {
   CHECK(cloud.schema.attributes.empty());
 }
 
+TEST_CASE("E57FieldsThatNoPointHasAreTold") {
+  using Strings = std::vector<std::string>;
+  E57Scan3D plain = scan_of(some_points(2));
+  plain.columns.push_back(integers("las:classification", 0, 5, {1, 2}));
+  plain.columns.push_back(integers("isColorInvalid", 0, 1, {0, 1}));
+  CHECK(open_e57(make_e57({.scans = {plain}}))->facts().lost_values.empty());
+  E57Scan3D scan = plain;
+  scan.columns.push_back(integers("x:pulse", 0, 5, {1, 2}));
+  scan.columns.push_back(floats("x:amplitude", {1.0F, 2.0F}));
+  for (const char* axis : {"nor:normalX", "nor:normalY", "nor:normalZ"})
+    scan.columns.push_back(floats(axis, {0.5F, -1.0F}));
+  const std::string picture = "<images2D type=\"Vector\"><vectorChild/></images2D>";
+  const FileFacts one = open_e57(make_e57({.scans = {scan}, .xml = picture}))->facts();
+  CHECK(one.lost_values == Strings{"fields x:amplitude, x:pulse"});
+  CHECK(one.left_out == Strings{"1 picture"});
+  const FileFacts two = open_e57(make_e57({.scans = {scan, plain, scan_of({})}}))->facts();
+  CHECK(two.lost_values ==
+        Strings{"normals, which not all scans of the file have", "fields x:amplitude, x:pulse"});
+  CHECK(two.left_out.empty());
+}
+
 TEST_CASE("E57PacketsOfOtherKindsAreSteppedOver") {
   E57Scan3D scan = scan_of(some_points(500));
   scan.packet_bytes = {100, 33, 61};  // and the streams run apart

@@ -231,9 +231,14 @@ TEST_CASE("ColorsThatNotEveryScanHasAreLeftOut") {
     CHECK(cloud.size() == 2);
     CHECK(attribute_names(cloud.schema) == Names{"intensity"});
     CHECK(attribute_value(cloud, 0, 0) + attribute_value(cloud, 1, 0) == 1.0);
+    const auto source = open_point_source(scratch / name);
+    read_all(*source);
+    CHECK(source->facts().lost_values == Names{"colours, which not all scans of the file have"});
   }
   write_file(scratch / "all.ptx", with + with);
   CHECK(attribute_names(read_cloud(scratch / "all.ptx").schema).size() == 4);
+  CHECK(open_point_source(scratch / "all.ptx")->facts().lost_values.empty());
+  CHECK(open_point_source(scratch / "both.ptx")->facts().lost_values.size() == 1);
   // A pipe cannot be looked through beforehand.
   CHECK(read_all(*open_ptx_source(memory_reader(without + with))).size() == 2);
   CHECK_THROWS_WITH(read_all(*open_ptx_source(memory_reader(with + without))),

@@ -368,6 +368,8 @@ E57Document read_e57_document(E57Pages& pages) {
     document.scans.push_back(read_scan(xml, node, points, prefixes, number));
     document.scans.back().first_return = first_return;
   }
+  for (const pugi::xml_node node : root.child("images2D").children())
+    if (node.type() == pugi::node_element) ++document.pictures;
   return document;
 }
 

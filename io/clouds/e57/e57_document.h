@@ -61,6 +61,7 @@ struct E57Document {
   std::string software;           ///< version of the library that wrote the file; may be empty
   std::string coordinate_system;  ///< coordinateMetadata: WKT, or empty
   std::vector<E57Scan> scans;     ///< in file order, those without points included
+  std::size_t pictures = 0;       ///< entries of images2D
 };
 
 /// Reads the XML section. Entities are not expanded and no other file is opened. Throws Error (bad

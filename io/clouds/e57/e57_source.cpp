@@ -9,9 +9,11 @@
 #include "io/clouds/e57/e57_columns.h"
 #include "io/clouds/e57/e57_document.h"
 #include "io/clouds/e57/e57_layout.h"
+#include "io/clouds/e57/e57_left_out.h"
 #include "io/clouds/e57/e57_pages.h"
 #include "io/clouds/e57/e57_section.h"
 #include "io/error.h"
+#include "io/text/counted_noun.h"
 
 namespace orbweave {
 namespace {
@@ -65,6 +67,9 @@ class E57Source final : public PointSource {
       facts.scans.push_back(
           {scan.given_name, scan.sensor, scan.records, scan.pose, place_of_scanner(i)});
     }
+    facts.lost_values = lost_values_of_e57(document_.scans, layout_.schema.has_normals);
+    if (document_.pictures > 0)
+      facts.left_out.push_back(counted_noun(document_.pictures, "picture", "pictures"));
     return facts;
   }
 
