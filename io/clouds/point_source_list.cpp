@@ -27,6 +27,7 @@ struct ListedFile {
   PointSchema schema;
   std::uint64_t bytes = 0;
   std::uint64_t points = 0;  ///< declared
+  bool has_unused_normals = false;
 };
 
 /// A value of a row on its way into a row of the common schema.
@@ -152,10 +153,12 @@ ScalarType common_type(ScalarType a, ScalarType b) {
 ScalarType wider(ScalarType a, ScalarType b) { return a == ScalarType::kFloat64 ? a : b; }
 
 void refuse_mixed_normals(const ListedFile& with, const ListedFile& without) {
-  throw_bad_input("some files have normals and some have none",
-                  {.file = without.path.string(),
-                   .found = "no normals",
-                   .expected = "normals as in " + with.path.string()});
+  throw_bad_input(
+      "some files have normals and some have none",
+      {.file = without.path.string(),
+       .found = "no normals",
+       .expected = "normals as in " + with.path.string(),
+       .advice = "Have all estimated: normals.source = \"estimate\" (--normals estimate)"});
 }
 
 /// The type of an attribute that fits all files that have it, in whatever order they come.
@@ -231,6 +234,18 @@ void note_fillers(const std::vector<ListedFile>& files, const PointSchema& commo
                     ") is 0 at points of " + first->path.string() + others + ", which " +
                     (lacking > 1 ? "lack" : "lacks") + " it");
   }
+}
+
+/// Normals of some files that are not taken since others have none.
+void note_unused_normals(const std::vector<ListedFile>& files, std::vector<std::string>& notes) {
+  const auto with = std::ranges::find(files, true, &ListedFile::has_unused_normals);
+  const auto without = std::ranges::find(files, false, &ListedFile::has_unused_normals);
+  if (with == files.end() || without == files.end()) return;
+  const auto others = std::ranges::count(files, true, &ListedFile::has_unused_normals) - 1;
+  notes.push_back("the normals of " + with->path.string() +
+                  (others > 0 ? " and " + std::to_string(others) + " more" : "") +
+                  " are not taken, since " + without->path.string() +
+                  " has none: normals of all points are estimated");
 }
 
 /// Colours that are fractions in one file and whole numbers in another: of 0 to 1 and 0 to 255,
@@ -351,8 +366,8 @@ class PointSourceList final : public PointSource {
     for (const std::filesystem::path& path : paths) {
       // Opened for its header only: thousands of scans would not fit the open-file limit.
       const auto source = opener_(path);
-      files_.push_back(
-          {path, source->schema(), source->bytes_total(), source->declared_points().value_or(0)});
+      files_.push_back({path, source->schema(), source->bytes_total(),
+                        source->declared_points().value_or(0), source->facts().has_unused_normals});
       add_declared(source->declared_points());
       bytes_total_ += source->bytes_total();
       add_coordinate_system(*source, path);
@@ -387,6 +402,7 @@ class PointSourceList final : public PointSource {
   }
   void note(std::vector<std::string>& notes) const {
     note_fillers(files_, schema_, notes);
+    note_unused_normals(files_, notes);
     note_color_scales(files_, notes);
     note_color_depths(files_, opener_, notes);
     note_lost_values(lost_values_, notes);

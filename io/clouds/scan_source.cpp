@@ -73,6 +73,7 @@ class ScanSource final : public PointSource {
   FileFacts facts() const override {
     FileFacts facts = source_->facts();
     if (options_.without_attributes) facts.lost_values.clear();  // they are not wanted
+    facts.has_unused_normals = options_.would_take_normals && source_->schema().has_normals;
     return facts;
   }
   std::optional<Vec3> meters_per_unit() const override { return source_->meters_per_unit(); }

@@ -47,7 +47,8 @@ struct ScanOptions {
   /// times that it does not cover are left out. Of use only `with_view`; null: no scanner moved.
   std::shared_ptr<const Trajectory> trajectory{};
   bool with_view = false;              ///< adds the attributes of view_fields()
-  bool without_normals = false;        ///< normals of the file are of no interest
+  bool without_normals = false;        ///< normals of the file are not taken
+  bool would_take_normals = false;     ///< but for other files, which have none: facts() tells
   bool without_attributes = false;     ///< nor are its attributes, once they have filtered
   std::vector<int> classes{};          ///< values of `classification` wanted, 0 to 255; empty: all
   std::vector<int> dropped_classes{};  ///< values that are not, where `classes` is empty

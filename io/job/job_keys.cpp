@@ -466,7 +466,7 @@ constexpr JobKey kKeys[] = {
      {.least = 0, .most = 1}},
 
     {"normals", "source", T::kChoice, "", kSources,
-     "source of the normals; auto estimates normals where the scans have none; poles takes the directions to the poles of the Voronoi cells, which holds the whole cloud in memory and is there where the program was built with CGAL", "normals", "",
+     "source of the normals; auto estimates normals where a scan has none; poles takes the directions to the poles of the Voronoi cells, which holds the whole cloud in memory and is there where the program was built with CGAL", "normals", "",
      [](Job& job, const W& value) { job.normals.source = static_cast<NormalSource>(choice_value(value, kSources)); },
      [](const Job& job) -> JobValue { return name_in(kSources, job.normals.source); }},
     {"normals", "neighbors", T::kInteger, "an integer from 3 to 256", {},

@@ -50,6 +50,7 @@ struct FileFacts {
   std::string faces;                     ///< of a mesh, whose points alone are read, in words
   std::vector<std::string> lost_values;  ///< of its points, that no attribute has, in words
   std::vector<std::string> left_out;     ///< what else it holds and no point has, in words
+  bool has_unused_normals = false;       ///< normals that are there and not taken
 };
 
 /// A cloud read once, front to back, in bounded memory. Damaged and hostile files end in an Error.

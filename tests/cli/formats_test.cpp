@@ -86,6 +86,32 @@ TEST_CASE("AttributesOfOneScanAreKeptBesideOnesThatLackThem") {
   CHECK(file_text(in / "a.ply") == file_text(in / "b.ply"));
 }
 
+TEST_CASE("OneScanWithoutNormalsHasThoseOfAllEstimatedInAnyOrder") {
+  const ScratchDirectory in;
+  REQUIRE(run_in(in, {"generate", "sphere", "--points", "2000", "-o", "with.ply"}).status == 0);
+  write_tile(in / "tile.las", {.place = {0.0, 0.0, 0.0}});
+  REQUIRE(run_in(in, {"convert", "tile.las", "without.ply"}).status == 0);
+  const std::string note =
+      "the normals of with.ply are not taken, since without.ply has none: normals of all points "
+      "are estimated";
+  for (const Arguments& scans :
+       {Arguments{"with.ply", "without.ply"}, Arguments{"without.ply", "with.ply"}}) {
+    CAPTURE(scans[0]);
+    const std::string mesh = scans[0] + "-first.ply";
+    REQUIRE(reconstruct(in, scans, mesh, {"--report", "r.json"}).status == 0);
+    CHECK_THAT(report_of(in)["notes"].dump(), Contains(note));
+  }
+  CHECK(file_text(in / "with.ply-first.ply") == file_text(in / "without.ply-first.ply"));
+  REQUIRE(reconstruct(in, {"with.ply", "without.ply"}, "m.ply",
+                      {"--normals", "estimate", "--report", "r.json"})
+              .status == 0);
+  CHECK_THAT(report_of(in)["notes"].dump(), !Contains("normals of with.ply"));
+  const auto refused = reconstruct(in, {"with.ply", "without.ply"}, "m.ply", {"--normals", "file"});
+  CHECK(refused.status == 3);
+  CHECK_THAT(refused.err, Contains("without.ply: some files have normals and some have none") &&
+                              Contains("--normals estimate"));
+}
+
 TEST_CASE("WhatAFormatHasNoPlaceForIsSaid") {
   const ScratchDirectory in;
   write_tile(in / "t.las");

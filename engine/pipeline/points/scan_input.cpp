@@ -30,6 +30,7 @@ class ScanOpener {
     common_.trajectory = job.trajectory;
     common_.with_view = job.wants_view();
     common_.without_normals = job.estimates_normals;
+    common_.would_take_normals = job.estimates_normals && job.normals.source == NormalSource::kAuto;
     common_.without_attributes = !job.output.attributes;
     if (!job.input.pose.empty()) common_.usual_scanner = kOriginScanner;
     if (!job.input.poses.empty()) common_.usual_scanner = kStanfordScanner;

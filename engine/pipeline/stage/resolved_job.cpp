@@ -51,7 +51,10 @@ bool will_estimate_normals(const Job& job, const std::vector<std::string>& files
     case NormalSource::kAuto:
       break;
   }
-  return !open_point_source(files.front(), {job.input.text})->schema().has_normals;
+  // One scan without normals has all estimated, whatever the order of the scans.
+  return std::ranges::any_of(files, [&](const std::string& file) {
+    return !open_point_source(file, {job.input.text})->schema().has_normals;
+  });
 }
 
 std::vector<InputStamp> stamps(const Job& job, std::vector<std::string> files) {
