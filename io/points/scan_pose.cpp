@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -190,8 +191,10 @@ std::vector<ScanPose> read_stanford_poses(const std::filesystem::path& path) {
   return parse_stanford_poses(text, path.string());
 }
 
-RigidMotion pose_of_scan(const std::vector<ScanPose>& poses, const std::filesystem::path& scan) {
-  if (poses.empty()) return {};
+namespace {
+
+/// Precondition: there are poses.
+const ScanPose& own_pose(const std::vector<ScanPose>& poses, const std::filesystem::path& scan) {
   const std::vector<std::filesystem::path> place = names_in(scan);
   const ScanPose* found = nullptr;
   NameFit best;
@@ -206,13 +209,35 @@ RigidMotion pose_of_scan(const std::vector<ScanPose>& poses, const std::filesyst
   if (!is_one)
     throw_bad_input("two poses for one scan",
                     {.file = scan.string(), .expected = "one", .advice = "Name it by its path."});
-  if (found != nullptr) return found->motion;
+  if (found != nullptr) return *found;
   throw_bad_input(
       "no pose for this scan",
       {.file = scan.string(),
        .found = counted_noun(poses.size(), "pose of another scan", "poses of other scans"),
        .expected = "a line for " + scan.filename().string(),
        .advice = "Add its pose, or leave the scan out."});
+}
+
+}  // namespace
+
+RigidMotion pose_of_scan(const std::vector<ScanPose>& poses, const std::filesystem::path& scan) {
+  return poses.empty() ? RigidMotion{} : own_pose(poses, scan).motion;
+}
+
+void require_own_poses(const std::vector<ScanPose>& poses, std::span<const std::string> scans) {
+  if (poses.empty()) return;
+  std::map<const ScanPose*, std::string> scan_of;
+  for (const std::string& scan : scans) {
+    const ScanPose& pose = own_pose(poses, scan);
+    const auto [known, is_first] = scan_of.try_emplace(&pose, scan);
+    const std::filesystem::path path = scan, first = known->second;
+    if (is_first || path.lexically_normal() == first.lexically_normal()) continue;
+    throw_bad_input("two scans for one pose",
+                    {.file = scan,
+                     .found = "the pose of " + pose.file + ", which " + known->second + " has",
+                     .expected = "a pose of its own",
+                     .advice = "Name both by their paths."});
+  }
 }
 
 }  // namespace orbweave

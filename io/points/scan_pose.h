@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,5 +50,9 @@ std::vector<ScanPose> parse_stanford_poses(std::string_view text, const std::str
 /// least with its file name; the identity where there are no poses at all. Throws Error (bad
 /// input) where there are poses but none, or two, for the scan.
 RigidMotion pose_of_scan(const std::vector<ScanPose>& poses, const std::filesystem::path& scan);
+
+/// Throws Error (bad input) where two scans take one pose: files of one name in several folders, of
+/// which the pose names one or none by its path. One file by two names is one scan.
+void require_own_poses(const std::vector<ScanPose>& poses, std::span<const std::string> scans);
 
 }  // namespace orbweave

@@ -121,6 +121,22 @@ TEST_CASE("APoseNamedByPathIsFoundFromAnyFolder") {
   }
 }
 
+TEST_CASE("NoPoseIsTakenForTwoScans") {
+  using Strings = std::vector<std::string>;
+  const RigidMotion one = parse_pose("x 1 0 0 0 0 0 1").motion;
+  const std::vector<ScanPose> by_path = {{"day1/s.ply", one}};
+  CHECK_THROWS_WITH(require_own_poses(by_path, Strings{"day1/s.ply", "day2/s.ply"}),
+                    Contains("day2/s.ply: two scans for one pose") &&
+                        Contains("found the pose of day1/s.ply, which day1/s.ply has"));
+  CHECK_THROWS_WITH(require_own_poses({{"s.ply", one}}, Strings{"day1/s.ply", "day2/s.ply"}),
+                    Contains("Name both by their paths"));
+  CHECK_NOTHROW(require_own_poses(by_path, Strings{"elsewhere/s.ply"}));
+  CHECK_NOTHROW(require_own_poses(by_path, Strings{"day1/s.ply", "./day1/s.ply"}));
+  CHECK_NOTHROW(require_own_poses({{"day1/s.ply", one}, {"day2/s.ply", one}},
+                                  Strings{"day1/s.ply", "day2/s.ply"}));
+  CHECK_NOTHROW(require_own_poses({}, Strings{"day1/s.ply", "day2/s.ply"}));
+}
+
 TEST_CASE("AViewKeepsItsDirection") {
   test::Random random(5);
   for (int i = 0; i < 2000; ++i) {

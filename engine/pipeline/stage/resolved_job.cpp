@@ -173,9 +173,10 @@ ResolvedJob resolve(const Job& job, std::vector<std::string> files) {
   resolved.inputs = stamps(job, resolved.files);
   resolved.beside_scans = files_beside(job, resolved.files);
   resolved.estimates_normals = will_estimate_normals(job, resolved.files);
-  if (job.input.poses.empty()) return resolved;
-  for (ScanPose& pose : read_stanford_poses(job.input.poses))
-    resolved.poses.push_back(std::move(pose));
+  if (!job.input.poses.empty())
+    for (ScanPose& pose : read_stanford_poses(job.input.poses))
+      resolved.poses.push_back(std::move(pose));
+  require_own_poses(resolved.poses, resolved.files);
   return resolved;
 }
 
