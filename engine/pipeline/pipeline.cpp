@@ -25,6 +25,7 @@
 #include "engine/pipeline/output/tile_export.h"
 #include "engine/pipeline/output/tileset_stage.h"
 #include "engine/pipeline/points/cleaning_stage.h"
+#include "engine/pipeline/points/missed_scans.h"
 #include "engine/pipeline/points/missing_poses.h"
 #include "engine/pipeline/points/placeholder_normals.h"
 #include "engine/pipeline/points/point_doubts.h"
@@ -114,6 +115,11 @@ void note_patches_left_out(StageRunner& runner, const std::vector<HoleFacts>& ho
     note_what_is_left_out(runner, patches_without_place(output.mesh, output.confidence));
 }
 
+void warn_of_missed_scans(StageRunner& runner) {
+  const std::string objection = objection_to_missed_scans(runner.job);
+  if (!objection.empty()) runner.warn(objection);
+}
+
 void warn_of_missing_poses(StageRunner& runner) {
   const std::string objection = objection_to_missing_poses(runner.job);
   if (!objection.empty()) runner.warn(objection);
@@ -182,6 +188,7 @@ void note_method(StageRunner& runner, const Partition& partition) {
 
 /// Points in chunks, and what follows from them alone.
 void run_points(StageRunner& runner, RunResults& results) {
+  if (runner.communicator.is_root()) warn_of_missed_scans(runner);
   if (runner.communicator.is_root()) warn_of_missing_poses(runner);
   CutPoints points = partition_points(runner.job, runner);
   results.partition = std::move(points.partition);

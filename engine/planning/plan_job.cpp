@@ -21,6 +21,7 @@
 #include "engine/pipeline/points/cleaning_stage.h"
 #include "engine/pipeline/points/cloud_measure.h"
 #include "engine/pipeline/points/count_stage.h"
+#include "engine/pipeline/points/missed_scans.h"
 #include "engine/pipeline/points/missing_poses.h"
 #include "engine/pipeline/points/point_doubts.h"
 #include "engine/pipeline/points/scan_input.h"
@@ -304,8 +305,9 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   if (!steps.empty()) plan.doubts.push_back(steps);
   plan.doubts.insert(plan.doubts.end(), cloud.doubts.begin(), cloud.doubts.end());
   plan.doubts.insert(plan.doubts.end(), sampled.doubts.begin(), sampled.doubts.end());
-  const std::string poses = objection_to_missing_poses(job);
-  if (!poses.empty()) plan.doubts.push_back(poses);
+  for (const std::string& objection :
+       {objection_to_missed_scans(job), objection_to_missing_poses(job)})
+    if (!objection.empty()) plan.doubts.push_back(objection);
   measured.normals = plan.normals = normals_of(job, cloud);
   for (std::string& objection : objections_to_points(job, measured))
     plan.doubts.push_back(std::move(objection));

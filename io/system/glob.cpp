@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <string_view>
 #include <unordered_set>
@@ -43,13 +44,60 @@ std::vector<std::string> matches(const std::string& pattern) {
   return files;
 }
 
+/// The other one of a capital and a small letter of ASCII; any other character as it stands.
+char in_other_case(char c) {
+  constexpr char kStep = 'a' - 'A';
+  if (c >= 'a' && c <= 'z') return static_cast<char>(c - kStep);
+  return c >= 'A' && c <= 'Z' ? static_cast<char>(c + kStep) : c;
+}
+
+/// The end of a set such as "[sz]" that begins at `open`: the place of its "]", which may be the
+/// first of its members as well. npos: this begins no set.
+std::size_t end_of_set(const std::string& pattern, std::size_t open) {
+  std::size_t first = open + 1;
+  if (first < pattern.size() && (pattern[first] == '!' || pattern[first] == '^')) ++first;
+  return pattern.find(']', first + 1);
+}
+
+/// A pattern for the same names in any case: "a[sz]" becomes "[aA][szSZ]".
+std::string in_any_case(const std::string& pattern) {
+  std::string any;
+  for (std::size_t i = 0; i < pattern.size(); ++i) {
+    const char c = pattern[i];
+    const std::size_t end = c == '[' ? end_of_set(pattern, i) : std::string::npos;
+    if (c == '\\' && i + 1 < pattern.size()) {
+      any += {c, pattern[++i]};
+    } else if (end != std::string::npos) {
+      const std::size_t members = i + (pattern[i + 1] == '!' || pattern[i + 1] == '^' ? 2 : 1);
+      any += pattern.substr(i, end - i);
+      for (const char member : pattern.substr(members, end - members)) any += in_other_case(member);
+      any += ']';
+      i = end;
+    } else if (in_other_case(c) != c) {
+      any += {'[', c, in_other_case(c), ']'};
+    } else {
+      any += c;
+    }
+  }
+  return any;
+}
+
+/// Of the last part of the path: folders are where they are.
+std::vector<std::string> matches_in_any_case(const std::string& pattern) {
+  const std::size_t name = pattern.find_last_of('/') + 1;
+  return matches(pattern.substr(0, name) + in_any_case(pattern.substr(name)));
+}
+
 std::vector<std::string> expand(const std::string& pattern) {
   if (!is_glob(pattern) || is_there(pattern)) return {pattern};
   std::vector<std::string> files = matches(pattern);
-  if (files.empty())
-    throw_usage("no file matches this pattern",
-                {.file = pattern, .advice = "Check the folder and the spelling."});
-  return files;
+  if (!files.empty()) return files;
+  const std::vector<std::string> others = matches_in_any_case(pattern);
+  throw_usage("no file matches this pattern",
+              {.file = pattern,
+               .advice = others.empty() ? "Check the folder and the spelling."
+                                        : "Capital and small letters differ: " + others.front() +
+                                              " is there."});
 }
 
 }  // namespace
@@ -72,6 +120,25 @@ std::vector<std::string> expand_globs(const std::vector<std::string>& patterns) 
     for (std::string& file : expand(pattern))
       if (seen.insert(file).second) files.push_back(std::move(file));
   return files;
+}
+
+std::vector<std::string> files_in_other_case(const std::vector<std::string>& patterns) {
+  std::vector<std::string> taken, all;
+  for (const std::string& pattern : patterns) {
+    if (!is_glob(pattern) || is_there(pattern)) {
+      taken.push_back(pattern);
+      continue;
+    }
+    std::ranges::move(matches(pattern), std::back_inserter(taken));
+    std::ranges::move(matches_in_any_case(pattern), std::back_inserter(all));
+  }
+  std::ranges::sort(taken);
+  std::ranges::sort(all);
+  const auto repeated = std::ranges::unique(all);
+  all.erase(repeated.begin(), repeated.end());
+  std::vector<std::string> others;
+  std::ranges::set_difference(all, taken, std::back_inserter(others));
+  return others;
 }
 
 }  // namespace orbweave

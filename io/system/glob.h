@@ -18,4 +18,8 @@ std::string escape_glob(const std::string& path);
 /// one that is itself the name of a file. Throws Error (usage) for a pattern that matches no file.
 std::vector<std::string> expand_globs(const std::vector<std::string>& patterns);
 
+/// Files that match none of the patterns, but would if capital and small letters of ASCII were
+/// alike, sorted by bytes: B.LAZ beside a.laz of "*.laz".
+std::vector<std::string> files_in_other_case(const std::vector<std::string>& patterns);
+
 }  // namespace orbweave

@@ -359,6 +359,19 @@ TEST_CASE("PatternsExpandToSortedFilesOncePerFile") {
                     Contains(path("*.las") + ": no file matches this pattern"));
 }
 
+TEST_CASE("FilesThatAPatternMissesForACapitalLetterAreKnown") {
+  const test::ScratchDirectory scratch;
+  for (const char* name : {"a.laz", "B.LAZ", "C.Las", "d.ply"}) write_text(scratch / name, "x");
+  const auto path = [&](const char* name) { return (scratch / name).string(); };
+  CHECK(files_in_other_case({path("*.la[sz]")}) == Strings{path("B.LAZ"), path("C.Las")});
+  CHECK(files_in_other_case({path("*.la[!s]")}) == Strings{path("B.LAZ")});
+  CHECK(files_in_other_case({path("*.laz"), path("B.*")}).empty());
+  CHECK(files_in_other_case({path("*.ply"), path("d.ply"), path("*")}).empty());
+  CHECK_THROWS_WITH(expand_globs({path("[B].l?z")}),
+                    Contains("Capital and small letters differ: " + path("B.LAZ") + " is there"));
+  CHECK_THROWS_WITH(expand_globs({path("*.pcd")}), Contains("Check the folder"));
+}
+
 TEST_CASE("ANumberIsTheSameInEveryLocale") {
   struct Comma : std::numpunct<char> {
     char do_decimal_point() const override { return ','; }
