@@ -107,9 +107,10 @@ class TextSource final : public PointSource {
     return sample;
   }
 
-  /// The number of points of the scan that follows, where a .pts line is that.
+  /// The number of points of the scan that follows, where a line is that: any of a .pts file, and
+  /// the first of other files.
   std::optional<std::uint64_t> parse_count(std::string_view line) const {
-    if (!is_pts_) return std::nullopt;
+    if (!is_pts_ && (!pending_.empty() || scan_ != 0)) return std::nullopt;
     const char* const last = line.data() + line.size();
     std::uint64_t count = 0;
     const auto [end, error] = std::from_chars(skip_blanks(line.data(), last), last, count);

@@ -392,6 +392,17 @@ TEST_CASE("CountsOfPtsFilesAreAFloor") {
   CHECK(error.parts().expected == "3");
 }
 
+TEST_CASE("ACountBeforeThePointsIsNoPointInAnyTextFile") {
+  CHECK(read_text("a.xyz", "2\n1 2 3\n4 5 6\n").size() == 2);
+  const PointCloud named = read_text("a.txt", "//X Y Z Intensity\n2\n1 2 3 0.5\n4 5 6 0.5\n");
+  CHECK(attribute_names(named.schema) == std::vector<std::string>{"intensity"});
+  CHECK(named.size() == 2);
+  CHECK(text_error("a.csv", "3\n1,2,3\n4,5,6\n").parts().found == "2 points");
+  // Further counts are those of .pts files.
+  CHECK_THAT(text_error("a.xyz", "1\n1 2 3\n1\n4 5 6\n").what(), Contains("line 3"));
+  CHECK_THAT(text_error("a.xyz", "1\n2\n3\n").what(), Contains("line 2") && Contains("1 column"));
+}
+
 TEST_CASE("SampleTextFilesHaveTheirPoints") {
   const auto sample = [](const std::string& name) {
     return test::data_path("samples/ascii/" + name);
