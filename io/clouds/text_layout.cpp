@@ -111,6 +111,19 @@ class SampleValues {
     while (is_byte(end)) ++end;
     return end - column;
   }
+  /// Whole numbers from 0 to 99,999, the size of the largest grids.
+  bool is_grid_index(std::size_t column) const {
+    constexpr std::size_t kMostDigits = 5;
+    return std::all_of(rows_.begin(), rows_.end(), [&](const auto& row) {
+      return column < row.size() && !row[column].empty() && row[column].size() <= kMostDigits &&
+             row[column].find_first_not_of("0123456789") == std::string_view::npos;
+    });
+  }
+  bool has_decimals(std::size_t column) const {
+    return std::all_of(rows_.begin(), rows_.end(), [&](const auto& row) {
+      return column < row.size() && row[column].find('.') != std::string_view::npos;
+    });
+  }
   /// Three columns whose vectors have length one (zero vectors, for "no normal", apart).
   bool are_unit_vectors(std::size_t column) const {
     constexpr double kTolerance = 0.02;  // of the length: normals are often given with few digits
@@ -144,6 +157,9 @@ void guess_columns(const TextSample& sample, TextLayout& layout) {
   const std::size_t count = fields_of(sample.lines[0], layout.separator).size();
   const SampleValues values(sample, 0, layout.separator);
   bool has_normal = false;
+  layout.may_begin_with_grid = values.is_grid_index(0) && values.is_grid_index(1) &&
+                               values.has_decimals(2) && values.has_decimals(3) &&
+                               values.has_decimals(4);
   std::vector<TextColumn>& columns = layout.columns;
   add_three(columns, {"x", "y", "z"}, ScalarType::kFloat64);
   if (sample.is_pts && (count == 4 || count == 7))

@@ -27,6 +27,9 @@ struct TextLayout {
   bool has_header_line = false;  ///< the sample's first line names the columns
   /// Where colours are a guess: their columns and those right behind that may as well be colours.
   std::size_t first_color = 0, color_candidates = 0;
+  /// Where coordinates are a guess: the first two columns look like rows and columns of a scanner's
+  /// grid, with the coordinates behind them.
+  bool may_begin_with_grid = false;
 };
 
 /// Whether a text is numbers alone, with a comma in one of them: a table of a program that writes

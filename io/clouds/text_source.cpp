@@ -47,6 +47,7 @@ class TextSource final : public PointSource {
                                   " in input.columns, --columns, it keeps "
                                   "them)");
     if (layout_.color_candidates > 3) facts.lost_values.push_back(colors_in_doubt());
+    if (layout_.may_begin_with_grid) facts.lost_values.push_back(place_in_doubt());
     return facts;
   }
   std::uint64_t bytes_read() const override { return reader_.source().bytes_read(); }
@@ -254,6 +255,15 @@ class TextSource final : public PointSource {
                      .found = counted_points(scan_points_),
                      .expected = std::to_string(scan_count_),
                      .advice = "The file may be truncated."});
+  }
+
+  /// FARO's programs write row and column of the scanner's grid before the coordinates.
+  static std::string place_in_doubt() {
+    return "the meaning of columns 1 to 5, which have no names: 1 and 2 hold whole numbers, as "
+           "rows "
+           "and columns of a scanner's grid are, and 3 to 5 decimals; 1 to 3 are taken for x, y "
+           "and "
+           "z (input.columns, --columns, says what they are, such as -,-,x,y,z)";
   }
 
   /// Intensity before the colours, or classes behind them, look like colours as well.

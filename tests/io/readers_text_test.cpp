@@ -292,6 +292,25 @@ TEST_CASE("ColumnsThatMayAsWellBeColorsAreTold") {
   CHECK(told("a.xyz", "1 2 3 90 10 20 30\n", text).empty());
 }
 
+TEST_CASE("RowsAndColumnsOfAGridInPlaceOfCoordinatesAreTold") {
+  const auto told = [](const std::string& content, const TextOptions& text = {}) {
+    const ScratchDirectory scratch;
+    write_file(scratch / "a.xyz", content);
+    return not_read(open_point_source(scratch / "a.xyz", {text})->facts());
+  };
+  const std::string faro = "0 17 1.5 2.25 -0.125 10 20 30\n0 18 1.5 2.5 -0.125 10 20 30\n";
+  const auto notes = told(faro);
+  REQUIRE(notes.size() == 1);
+  CHECK_THAT(notes[0], Contains("columns 1 to 5") && Contains("-,-,x,y,z"));
+  TextOptions text;
+  text.columns = {"-", "-", "x", "y", "z", "red:uint8", "green:uint8", "blue:uint8"};
+  CHECK(told(faro, text).empty());
+  CHECK(told("500000 4000000 1.5 2.25 3.5\n").empty());
+  CHECK(told("0 17 1.5 2.25 3\n").empty());
+  CHECK(told("0 17 1.5 2.25 3.5\n0.5 18 1.5 2.25 3.5\n").empty());
+  CHECK(told("# x y z a b\n0 17 1.5 2.25 3.5\n").empty());
+}
+
 TEST_CASE("ColumnsMayBeGiven") {
   TextOptions text;
   text.columns = {"y", "-", "x", "z:float32", "class:uint8"};
