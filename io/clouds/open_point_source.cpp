@@ -71,6 +71,18 @@ void refuse_binary_scan(ByteReader& reader) {
                        .expected = std::string("a file named ") + names});
 }
 
+/// Files are decompressed on the way; what is still compressed came from standard input, or is of
+/// an archive in an archive.
+void refuse_compressed(ByteReader& reader) {
+  constexpr std::string_view kGzip = "\x1f\x8b";
+  if (!reader.ensure(kGzip.size()) || std::memcmp(reader.data(), kGzip.data(), kGzip.size()) != 0)
+    return;
+  throw_bad_input("the cloud is compressed by gzip",
+                  {.file = reader.name(),
+                   .expected = "a cloud that is not compressed",
+                   .advice = "Decompress it first: gunzip -c FILE.gz | orbweave ..."});
+}
+
 [[noreturn]] void throw_unknown_extension(const std::filesystem::path& path) {
   throw_usage("cannot read " + files_of_name(path, "clouds") +
                   "; supported: " + extensions_of_read_clouds(),
@@ -129,6 +141,7 @@ std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
       break;
   }
   // A text cloud, or what its content says.
+  refuse_compressed(reader);
   refuse_binary_scan(reader);
   skip_byte_order_mark(reader);
   if (looks_like_ply(reader)) return open_ply_source(std::move(reader));

@@ -249,6 +249,14 @@ TEST_CASE("ContentThatBeliesTheExtensionIsTold") {
   CHECK(test::read_cloud(scratch / "ply.txt").size() == 1);
 }
 
+TEST_CASE("ACloudThatIsStillCompressedIsToldAsThat") {
+  const ScratchDirectory scratch;
+  test::gzip_file(scratch / "once.xyz.gz", "1 2 3\n");
+  test::gzip_file(scratch / "twice.xyz.gz", test::read_file(scratch / "once.xyz.gz"));
+  CHECK_THAT(reading_error(scratch / "twice.xyz.gz").what(),
+             Contains("compressed by gzip") && Contains("gunzip -c"));
+}
+
 TEST_CASE("DamagedGzipIsRefused") {
   const ScratchDirectory scratch;
   PointCloud cloud;
