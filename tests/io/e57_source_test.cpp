@@ -279,6 +279,12 @@ TEST_CASE("E57ScannerIsToldOnlyWhereItCannotBeElsewhere") {
   CHECK(scanner(no_motion, false) == std::nullopt);
   CHECK(scanner("", true) == ScannerPlace{});
   CHECK(scanner(kQuarterTurn, false) == ScannerPlace{.vector = {10, 20, 30}});
+  E57Scan3D both = scan_of(some_points(1));
+  for (const char* name : {"sphericalRange", "sphericalAzimuth", "sphericalElevation"})
+    both.columns.push_back(doubles(name, {1}));
+  const auto source = open_e57(make_e57({.scans = {both}}));
+  CHECK(read_all(*source).positions == some_points(1));
+  CHECK(source->facts().scans.at(0).scanner == ScannerPlace{});
 }
 
 TEST_CASE("E57PointsWithoutPositionAreLeftOutAndCounted") {

@@ -129,7 +129,8 @@ class Planner {
  private:
   void place(const E57Scan& scan, E57ScanLayout& layout) const {
     const auto cartesian = find_all(scan, kCartesian);
-    const auto position = cartesian ? cartesian : find_all(scan, kSpherical);
+    const auto spherical = find_all(scan, kSpherical);
+    const auto position = cartesian ? cartesian : spherical;
     if (!position) {
       if (scan.records == 0) return;
       throw_bad_input("the points of " + scan.label + " have no position",
@@ -142,7 +143,7 @@ class Planner {
     layout.invalid_state =
         scan.find(layout.is_spherical ? "sphericalInvalidState" : "cartesianInvalidState");
     const bool is_gridded = scan.find("rowIndex") && scan.find("columnIndex");
-    layout.has_scanner = layout.is_spherical || is_gridded || scan.is_moved();
+    layout.has_scanner = spherical || is_gridded || scan.is_moved();
   }
 
   void plan_positions() {
