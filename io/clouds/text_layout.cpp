@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -111,6 +112,19 @@ class SampleValues {
     while (is_byte(end)) ++end;
     return end - column;
   }
+  /// The largest of whole numbers from 0 on, be they written as 128, 128.000 or 1.28e2; nothing
+  /// where one is something else.
+  std::optional<double> largest_whole(std::size_t column) const {
+    double largest = 0.0;
+    for (const auto& row : rows_) {
+      double value = 0.0;
+      const bool is_whole = column < row.size() && to_number(row[column], value) && value >= 0.0 &&
+                            value == std::floor(value);
+      if (!is_whole) return std::nullopt;
+      largest = std::max(largest, value);
+    }
+    return largest;
+  }
   /// Whole numbers from 0 to 99,999, the size of the largest grids.
   bool is_grid_index(std::size_t column) const {
     constexpr std::size_t kMostDigits = 5;
@@ -180,9 +194,10 @@ void guess_columns(const TextSample& sample, TextLayout& layout) {
   }
 }
 
-/// Named colours are bytes where they look like bytes; colours from 0 to 1 stay as they are, and so
-/// does a column "r" or "a" that has no colours beside it.
+/// Named colours have 8 or 16 bits where they are whole numbers of so many; colours from 0 to 1
+/// stay as they are, and so does a column "r" or "a" that has no colours beside it.
 void narrow_colors(const TextSample& sample, TextLayout& layout) {
+  constexpr double kMost8 = 255.0, kMost16 = 65535.0;
   const SampleValues values(sample, layout.has_header_line ? 1 : 0, layout.separator);
   const auto is_there = [&](const char* name) {
     return std::any_of(layout.columns.begin(), layout.columns.end(),
@@ -193,8 +208,19 @@ void narrow_colors(const TextSample& sample, TextLayout& layout) {
   for (std::size_t i = 0; i < layout.columns.size(); ++i)
     for (const char* name : {"red", "green", "blue", "alpha"})
       if (layout.columns[i].name == name) colors.push_back(i);
-  if (std::all_of(colors.begin(), colors.end(), [&](std::size_t i) { return values.is_byte(i); }))
-    for (const std::size_t i : colors) layout.columns[i].type = ScalarType::kUint8;
+  double largest = 0.0;
+  for (const std::size_t i : colors) {
+    const std::optional<double> of_column = values.largest_whole(i);
+    if (!of_column) return;
+    largest = std::max(largest, *of_column);
+  }
+  // 0.0 and 1.0 may be fractions, 0 and 1 are none.
+  const bool may_be_fractions = largest <= 1.0 && !std::ranges::all_of(colors, [&](std::size_t i) {
+                                  return values.is_byte(i);
+                                });
+  if (may_be_fractions || largest > kMost16) return;
+  for (const std::size_t i : colors)
+    layout.columns[i].type = largest <= kMost8 ? ScalarType::kUint8 : ScalarType::kUint16;
 }
 
 /// Position of the first field that is no number; the field count where all are.

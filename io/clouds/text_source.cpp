@@ -212,9 +212,10 @@ class TextSource final : public PointSource {
                                  std::size_t index, std::uint64_t number,
                                  ParseOutcome outcome) const {
     std::string advice;
-    if (column.type == ScalarType::kUint8)
-      advice = "Name the columns, with types, if " + column.name +
-               " is no value from 0 to 255: input.columns (--columns)";
+    if (column.type == ScalarType::kUint8 || column.type == ScalarType::kUint16)
+      advice = "Name the columns, with types, if " + column.name + " is no value from 0 to " +
+               (column.type == ScalarType::kUint8 ? "255" : "65535") +
+               ": input.columns (--columns)";
     if (has_decimal_comma(field)) advice = kPointsForCommas;
     const bool is_place = column.name == "x" || column.name == "y" || column.name == "z";
     if (outcome == ParseOutcome::kNoNumber && !is_place && advice.empty())

@@ -248,6 +248,25 @@ TEST_CASE("HeaderLinesNameTheColumns") {
   CHECK(attribute_names(comment.schema) == Names{"temperature"});
 }
 
+TEST_CASE("NamedColorsHaveTheirBitsInAnyNotation") {
+  const auto type_of_red = [](const std::string& lines) {
+    return read_text("a.csv", "X,Y,Z,Red,Green,Blue\n" + lines).schema.attributes.at(0).type;
+  };
+  CHECK(type_of_red("1,2,3,128,0,1\n") == ScalarType::kUint8);
+  CHECK(type_of_red("1,2,3,128.000,0.000,1.000\n") == ScalarType::kUint8);
+  CHECK(type_of_red("1,2,3,1.28e+02,0.0e+00,1.0e+00\n") == ScalarType::kUint8);
+  CHECK(type_of_red("1,2,3,0,0,1\n") == ScalarType::kUint8);
+  CHECK(type_of_red("1,2,3,65280,0,1\n") == ScalarType::kUint16);
+  CHECK(type_of_red("1,2,3,65280.000,0.000,1.000\n4,5,6,1,2,3\n") == ScalarType::kUint16);
+  CHECK(type_of_red("1,2,3,1.0,0.0,1.0\n") == ScalarType::kFloat64);
+  CHECK(type_of_red("1,2,3,128.5,0,1\n") == ScalarType::kFloat64);
+  CHECK(type_of_red("1,2,3,65536,0,1\n") == ScalarType::kFloat64);
+  CHECK(type_of_red("1,2,3,-1,0,1\n") == ScalarType::kFloat64);
+  const PointCloud cloud = read_text("a.csv", "x,y,z,r,g,b\n1,2,3,128.000,2.0,1e1\n");
+  CHECK(attribute_value(cloud, 0, 0) == 128.0);
+  CHECK(attribute_value(cloud, 0, 2) == 10.0);
+}
+
 TEST_CASE("ALineOfVeryManyNumbersIsNoPoint") {
   std::string line;
   for (int column = 0; column < 4096; ++column) line += "1 ";
