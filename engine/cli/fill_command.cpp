@@ -30,6 +30,7 @@
 #include "engine/validation/usable_triangles.h"
 #include "io/error.h"
 #include "io/job/output_origin.h"
+#include "io/meshes/mesh_reader.h"
 #include "io/meshes/mesh_stream.h"
 #include "io/meshes/mesh_writer.h"
 #include "io/points/color_depth.h"
@@ -91,6 +92,7 @@ void check(const FillArguments& arguments, const OutputOptions& output) {
   check_output_names(output, "--report");
   // A pipe is read only once: what it holds shows later.
   if (is_read_once(arguments.file) || is_mesh_file(arguments.file)) return;
+  require_read_format(arguments.file);
   throw_bad_input("is no mesh, so it has no holes to fill",
                   {.file = arguments.file,
                    .expected = "a .ply, .obj, .stl or .glb file with faces",

@@ -24,6 +24,12 @@ ByteReader open_reader(const std::filesystem::path& path) {
   return ByteReader(open_byte_source(path));
 }
 
+[[noreturn]] void refuse_format(const std::filesystem::path& path) {
+  throw_usage("cannot read " + files_of_name(path, "meshes") +
+                  "; supported: " + extensions_of_read_meshes(),
+              {.file = path.string()});
+}
+
 MeshFormat format_of(const std::filesystem::path& path) {
   if (path == "-") return MeshFormat::kPly;
   const std::optional<NamedFormat> named = format_of_name(path);
@@ -32,9 +38,7 @@ MeshFormat format_of(const std::filesystem::path& path) {
   if (named && named->facts.format == FileFormat::kStl) return MeshFormat::kStl;
   if (named && named->facts.format == FileFormat::kGlb) return MeshFormat::kGlb;
   if (named && named->facts.format == FileFormat::kGltf) return MeshFormat::kGlb;
-  throw_usage("cannot read " + files_of_name(path, "meshes") +
-                  "; supported: " + extensions_of_read_meshes(),
-              {.file = path.string()});
+  refuse_format(path);
 }
 
 }  // namespace
@@ -46,6 +50,12 @@ bool holds_faces(const std::filesystem::path& path) {
   const std::optional<NamedFormat> named = format_of_name(path);
   return named && named->facts.holds_faces && named->facts.is_read &&
          named->facts.format != FileFormat::kPly;
+}
+
+void require_read_format(const std::filesystem::path& path) {
+  open_reader(path);
+  const std::optional<NamedFormat> named = format_of_name(path);
+  if (!named || !named->facts.is_read) refuse_format(path);
 }
 
 TriangleMesh read_mesh(ByteReader reader, MeshFormat format, std::vector<std::string>* left_out) {

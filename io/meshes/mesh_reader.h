@@ -16,6 +16,10 @@ class StopToken;
 /// Error for standard input and for a pipe.
 bool holds_faces(const std::filesystem::path& path);
 
+/// Throws Error (usage) for a name whose format is not read at all, such as .vtp: whether the file
+/// is a mesh or a cloud is not known then. One that is missing or a directory is told as that.
+void require_read_format(const std::filesystem::path& path);
+
 /// Reads .ply (also .gz), .obj, .stl (binary or text; vertices with equal coordinates are
 /// joined) and .glb and .gltf (docs/formats.md) as triangles; polygons are fanned from their first
 /// corner. A PLY face property "hole", and _HOLE of GLB vertices, become TriangleMesh::hole. Where

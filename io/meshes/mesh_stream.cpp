@@ -18,6 +18,7 @@ namespace orbweave {
 namespace {
 
 [[noreturn]] void refuse_cloud(const std::filesystem::path& path) {
+  require_read_format(path);
   throw_bad_input("is no mesh: it has no faces",
                   {.file = path.string(),
                    .expected = "a .ply, .obj, .stl or .glb file with faces",

@@ -423,6 +423,23 @@ TEST_CASE("WhatFillCannotReadIsBadInput") {
   CHECK(!std::filesystem::exists(in / "out.ply"));
 }
 
+TEST_CASE("AMeshOfAFormatThatIsNotReadIsToldAsThat") {
+  const ScratchDirectory in;
+  write_mesh(in / "mesh.vtp", torus_mesh(500));
+  write_text(in / "mesh.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  for (const std::string mesh : {"mesh.vtp", "mesh.off"})
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"fill", mesh, "-o", "out.ply"},
+          {"simplify", mesh, "-o", "out.ply", "--triangles", "10"},
+          {"tileset", mesh, "-o", "tiles"}}) {
+      CAPTURE(mesh, command[0]);
+      const ProgramResult result = run_in(in, command);
+      CHECK(result.status == 2);
+      CHECK_THAT(result.err, Contains(mesh + ": cannot read ." + mesh.substr(5) +
+                                      " meshes; supported: .ply[.gz], .obj[.gz]"));
+    }
+}
+
 TEST_CASE("WrongOptionsAndOutputsOfFillAreFoundBeforeAnyWork", "[costly]") {
   struct Case {
     std::vector<std::string> arguments;
