@@ -88,8 +88,19 @@ std::vector<std::string> matches_in_any_case(const std::string& pattern) {
   return matches(pattern.substr(0, name) + in_any_case(pattern.substr(name)));
 }
 
+/// ** of other programs are folders at any depth; here they would be those of one depth, and the
+/// scans of others be passed over without a word.
+void refuse_any_depth(const std::string& pattern) {
+  if (!pattern.starts_with("**/") && pattern.find("/**/") == std::string::npos) return;
+  throw_usage("a pattern does not search folders within folders",
+              {.file = pattern,
+               .found = "**",
+               .expected = "a pattern for each depth, such as scans/*.las and scans/*/*.las"});
+}
+
 std::vector<std::string> expand(const std::string& pattern) {
   if (!is_glob(pattern) || is_there(pattern)) return {pattern};
+  refuse_any_depth(pattern);
   std::vector<std::string> files = matches(pattern);
   if (!files.empty()) return files;
   const std::vector<std::string> others = matches_in_any_case(pattern);

@@ -15,7 +15,8 @@ std::string escape_glob(const std::string& path);
 /// Each pattern's files (no directories, and nothing that tells of the scans beside it: .prj,
 /// .shift.txt, .conf, .aln), sorted by bytes, in the patterns' order; a file that several
 /// patterns match comes once. A text without *, ? and [ passes through, there or not, and so does
-/// one that is itself the name of a file. Throws Error (usage) for a pattern that matches no file.
+/// one that is itself the name of a file. Throws Error (usage) for a pattern that matches no file,
+/// and for one with ** for folders at any depth.
 std::vector<std::string> expand_globs(const std::vector<std::string>& patterns);
 
 /// Files that match none of the patterns, but would if capital and small letters of ASCII were

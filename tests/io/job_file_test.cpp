@@ -359,6 +359,18 @@ TEST_CASE("PatternsExpandToSortedFilesOncePerFile") {
                     Contains(path("*.las") + ": no file matches this pattern"));
 }
 
+TEST_CASE("APatternForFoldersAtAnyDepthIsRefused") {
+  const test::ScratchDirectory scratch;
+  std::filesystem::create_directories(scratch / "a" / "b");
+  for (const char* name : {"1.ply", "a/2.ply", "a/b/3.ply"}) write_text(scratch / name, "x");
+  const auto path = [&](const char* name) { return (scratch / name).string(); };
+  for (const std::string& pattern : {path("**/*.ply"), std::string("**/*.ply")})
+    CHECK_THROWS_WITH(expand_globs({pattern}), Contains("does not search folders within folders") &&
+                                                   Contains("scans/*/*.las"));
+  CHECK(expand_globs({path("*.ply"), path("*/*.ply"), path("*/b/**.ply")}) ==
+        Strings{path("1.ply"), path("a/2.ply"), path("a/b/3.ply")});
+}
+
 TEST_CASE("FilesThatAPatternMissesForACapitalLetterAreKnown") {
   const test::ScratchDirectory scratch;
   for (const char* name : {"a.laz", "B.LAZ", "C.Las", "d.ply"}) write_text(scratch / name, "x");
