@@ -248,6 +248,14 @@ TEST_CASE("HeaderLinesNameTheColumns") {
   CHECK(attribute_names(comment.schema) == Names{"temperature"});
 }
 
+TEST_CASE("ColumnsOfAHeaderMayNameTheirUnits") {
+  const PointCloud riscan = read_text("a.csv", "X[m],Y[m],Z[m],Amplitude[dB]\n1,2,3,4.5\n");
+  CHECK(riscan.positions == std::vector<Vec3>{{1, 2, 3}});
+  CHECK(attribute_names(riscan.schema) == Names{"Amplitude[dB]"});
+  CHECK(read_text("a.csv", "X (m);Y (m);Z (m)\n1;2;3\n").positions == riscan.positions);
+  CHECK_THAT(text_error("a.csv", "X[m],X[ft],Y,Z\n1,2,3,4\n").what(), Contains("one name"));
+}
+
 TEST_CASE("NamedColorsHaveTheirBitsInAnyNotation") {
   const auto type_of_red = [](const std::string& lines) {
     return read_text("a.csv", "X,Y,Z,Red,Green,Blue\n" + lines).schema.attributes.at(0).type;
