@@ -52,19 +52,20 @@ UpAxis up_axis_of_scans(std::span<const std::string> files, const std::string& c
   return z_is_up ? UpAxis::kZ : UpAxis::kAuto;
 }
 
-bool may_be_interior(const Job& job) {
+bool may_be_interior(const Job& job, std::span<const std::string> files) {
   return job.normals.orientation == Orientation::kInward || has_places(job.input) ||
-         std::ranges::any_of(job.input.files, has_scanners);
+         std::ranges::any_of(files, has_scanners);
 }
 
-UpAxis picture_up(const Job& job, const std::string& coordinate_system) {
+UpAxis picture_up(const Job& job, std::span<const std::string> files,
+                  const std::string& coordinate_system) {
   if (job.output.picture_up != UpAxis::kAuto) return job.output.picture_up;
   if (job.normals.up) {
     const UpAxis nearest = nearest_axis(*job.normals.up);
     if (nearest != UpAxis::kAuto) return nearest;
   }
   if (!job.normals.up && turns_to_z(job.normals.orientation)) return UpAxis::kZ;
-  const UpAxis implied = up_axis_of_scans(job.input.files, coordinate_system);
+  const UpAxis implied = up_axis_of_scans(files, coordinate_system);
   if (implied != UpAxis::kAuto) return implied;
   if (has_places(job.input)) return UpAxis::kZ;  // tripods stand upright
   return job.input.poses.empty() ? UpAxis::kAuto : UpAxis::kY;

@@ -14,13 +14,15 @@ namespace orbweave {
 UpAxis up_axis_of_scans(std::span<const std::string> files, const std::string& coordinate_system);
 
 /// Whether the scanners of a job stood at places near the points, or its closed surfaces are to
-/// face inward: the mesh may be of an interior.
-bool may_be_interior(const Job& job);
+/// face inward: the mesh may be of an interior. `files`: the job's scans, patterns expanded.
+bool may_be_interior(const Job& job, std::span<const std::string> files);
 
 /// The axis of a job's picture, in this order: output.picture_up; the axis nearest to normals.up,
 /// where that points along it; kZ where normals or the ground are turned to the side of z; what the
 /// scans imply, kZ also where scanners have places; kY where poses come from a Stanford .conf,
-/// whose objects stand in y. kAuto: the shape decides (io/report/picture.h).
-UpAxis picture_up(const Job& job, const std::string& coordinate_system);
+/// whose objects stand in y. kAuto: the shape decides (io/report/picture.h). `files`: the job's
+/// scans, patterns expanded.
+UpAxis picture_up(const Job& job, std::span<const std::string> files,
+                  const std::string& coordinate_system);
 
 }  // namespace orbweave

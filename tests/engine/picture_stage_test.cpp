@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
 
@@ -88,6 +90,32 @@ TEST_CASE("WhatWasScannedFromTheOtherSideIsSeenFromThere") {
     run(job);
     CHECK((bytes_of(job.output.picture) == seen) == is_before);
   }
+}
+
+/// One scan of a scanner at the origin, in one column.
+void write_ptx(const std::filesystem::path& file, const PointCloud& cloud) {
+  std::ofstream out(file);
+  out << "1\n" << cloud.size() << "\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+  out << "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  for (const Vec3& p : cloud.positions) out << p.x << ' ' << p.y << ' ' << p.z << " 0.5\n";
+}
+
+TEST_CASE("ScansThatAPatternNamesAreDrawnAsThoseOfTheirNames") {
+  const ScratchDirectory scratch;
+  const NamedCloud named = test::random_sphere(1500, 5);
+  const std::filesystem::path site = scratch / "site";
+  std::filesystem::create_directory(site);
+  write_ptx(site / "scan.ptx", named.cloud);
+  Job job = picture_job(scratch, named, PictureColors::kPatches);
+  job.input.files = {(site / "scan.ptx").string()};
+  run(job);
+  const std::string by_name = bytes_of(job.output.picture);
+  job.input.files = {(site / "*").string()};
+  run(job);
+  CHECK(bytes_of(job.output.picture) == by_name);
+  job.output.picture_up = UpAxis::kY;  // as the shape alone would have it
+  run(job);
+  CHECK(bytes_of(job.output.picture) != by_name);
 }
 
 TEST_CASE("PointsThatNoTriangleUsesTakeNoRoomInThePicture") {

@@ -472,27 +472,28 @@ TEST_CASE("TheShapeAloneHasYUprightUnlessItIsFlatInZ") {
 
 TEST_CASE("TheUpAxisOfAJobIsTheOneAskedForElseWhatTheJobImplies") {
   Job job;
-  job.input.files = {"scan.ply"};
-  CHECK(picture_up(job, "") == UpAxis::kAuto);
+  std::vector<std::string> files = {"scan.ply"};
+  const auto up = [&](const std::string& system) { return picture_up(job, files, system); };
+  CHECK(up("") == UpAxis::kAuto);
   job.normals.orientation = Orientation::kGround;
-  CHECK(picture_up(job, "") == UpAxis::kZ);
+  CHECK(up("") == UpAxis::kZ);
   job.normals.orientation = Orientation::kAuto;
   job.input.poses = "scans.conf";
-  CHECK(picture_up(job, "") == UpAxis::kY);
-  CHECK(picture_up(job, "EPSG:26912") == UpAxis::kZ);
+  CHECK(up("") == UpAxis::kY);
+  CHECK(up("EPSG:26912") == UpAxis::kZ);
   for (const char* file : {"scans/*.las", "a.LAZ", "site.e57", "site.ptx.gz"}) {
     CAPTURE(file);
-    job.input.files = {"scan.ply", file};
-    CHECK(picture_up(job, "") == UpAxis::kZ);
+    files = {"scan.ply", file};
+    CHECK(up("") == UpAxis::kZ);
   }
   job.normals.up = Vec3{0.9, 0.1, -0.2};
-  CHECK(picture_up(job, "") == UpAxis::kX);
+  CHECK(up("") == UpAxis::kX);
   job.normals.up = Vec3{0.1, 0.9, -0.2};
-  CHECK(picture_up(job, "") == UpAxis::kY);
+  CHECK(up("") == UpAxis::kY);
   job.normals.up = Vec3{0.0, -1.0, 0.5};  // of a ceiling
-  CHECK(picture_up(job, "") == UpAxis::kZ);
+  CHECK(up("") == UpAxis::kZ);
   job.output.picture_up = UpAxis::kX;
-  CHECK(picture_up(job, "EPSG:26912") == UpAxis::kX);
+  CHECK(up("EPSG:26912") == UpAxis::kX);
 }
 
 TEST_CASE("PointsAreDrawnAsDotsWithTheirOwnShading") {

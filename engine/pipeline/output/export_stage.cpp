@@ -101,8 +101,8 @@ ExportResult export_mesh(const ExportInputs& inputs, StageRunner& runner) {
                           columns.written()};
   const Vec3 origin = mesh_origin(output, partition).origin;
   MeshWriterOptions options = writer_options(output, inputs.holes.holes, origin);
-  options.up_axis =
-      upright_axis(picture_up(runner.job, partition.coordinate_system), partition.bounds);
+  options.up_axis = upright_axis(
+      picture_up(runner.job, runner.job.files, partition.coordinate_system), partition.bounds);
   // Files beside the mesh come first: a job that is interrupted meanwhile leaves no mesh.
   const std::uint64_t beside = runner.communicator.is_root()
                                    ? write_power_crust_files(partition, columns, options, runner)

@@ -223,7 +223,7 @@ void draw_picture(const ExportInputs& inputs, const Box& bounds, StageRunner& ru
   const StageClock clock(runner, Stage::kPicture, chunks, "chunks");
   const OutputOptions& output = runner.job.output;
   PictureOptions options;
-  options.up = picture_up(runner.job, partition.coordinate_system);
+  options.up = picture_up(runner.job, runner.job.files, partition.coordinate_system);
   options.patch_color = output.patch_color;
   if (output.picture_colors == PictureColors::kConfidence)
     options.confidence = confidence_of_patches(inputs.holes.holes);
@@ -234,7 +234,7 @@ void draw_picture(const ExportInputs& inputs, const Box& bounds, StageRunner& ru
   if (backs == PictureBacks::kCulled) picture.leave_out_backs();
   draw_mesh(inputs, colors, runner, picture, true);
   if (backs == PictureBacks::kAuto)
-    picture.look_at_fronts(may_be_interior(runner.job),
+    picture.look_at_fronts(may_be_interior(runner.job, runner.job.files),
                            [&] { draw_mesh(inputs, colors, runner, picture); });
   picture.show_specks([&] { draw_mesh(inputs, colors, runner, picture); });
   picture.write_png(output.picture);

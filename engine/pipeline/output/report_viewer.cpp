@@ -33,20 +33,21 @@ bool has_room(const MeshStream& mesh, std::uint64_t memory_bytes) {
   return mesh.faces() <= kMostTriangles && kCopies * page <= memory_bytes;
 }
 
-std::string page_of_mesh(const Job& job, const std::string& coordinate_system) {
+std::string page_of_mesh(const ResolvedJob& job, const std::string& coordinate_system) {
   const TriangleMesh mesh = read_mesh(job.output.mesh);
   ViewPage page;
   page.name = fs::path(job.output.mesh).filename().string();
   page.facts = {format_count(mesh.vertices.size()) + " vertices, " +
                 format_count(mesh.triangles.size()) + " triangles"};
   page.confidence = face_confidence(job.output.mesh);
-  page.up_axis = upright_axis(picture_up(job, coordinate_system), mesh.vertices.bounds());
+  page.up_axis =
+      upright_axis(picture_up(job, job.files, coordinate_system), mesh.vertices.bounds());
   return view_page(mesh, page);
 }
 
 }  // namespace
 
-std::string report_viewer(const Job& job, const std::string& coordinate_system) {
+std::string report_viewer(const ResolvedJob& job, const std::string& coordinate_system) {
   if (!is_read_back(job.output)) return {};
   try {
     if (!has_room(*open_mesh_stream(job.output.mesh), job.partition.memory_bytes)) return {};

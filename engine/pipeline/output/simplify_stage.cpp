@@ -38,7 +38,8 @@ MeshWriterOptions written_options(const Job& job, const Partition& partition, St
   const std::string warning = check_output_origin(job, chosen);
   if (!warning.empty()) runner.warn(warning);
   MeshWriterOptions options = writer_options(job.output, {}, chosen.origin);
-  options.up_axis = upright_axis(picture_up(job, partition.coordinate_system), partition.bounds);
+  options.up_axis = upright_axis(picture_up(job, runner.job.files, partition.coordinate_system),
+                                 partition.bounds);
   return options;
 }
 

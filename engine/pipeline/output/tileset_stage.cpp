@@ -53,8 +53,8 @@ TilesetOptions options_of(const TilesetInputs& inputs, StageRunner& runner) {
   options.levels.directory = runner.store.directory();
   options.compression = runner.job.output.tileset_compression;
   options.coordinate_system = coordinate_system_beside(runner.job.output.mesh);
-  options.up_axis =
-      upright_axis(picture_up(runner.job, partition.coordinate_system), partition.bounds);
+  options.up_axis = upright_axis(
+      picture_up(runner.job, runner.job.files, partition.coordinate_system), partition.bounds);
   return options;
 }
 
