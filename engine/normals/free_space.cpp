@@ -79,6 +79,10 @@ class Viewer {
 
   Seen look_around() {
     const Vec3 normal = scene_.rays.normal(v_);
+    if (normal == Vec3{}) {
+      seen_.front.left = seen_.back.left = 1.0;
+      return std::move(seen_);
+    }
     seen_.front = look(normal, true);
     seen_.back = look(-normal, false);
     if (is_shut(seen_) && seen_.back.reach > kByFarWider * seen_.front.reach)

@@ -7,8 +7,10 @@
 namespace orbweave {
 namespace {
 
-/// Cells along an axis that a key holds; clouds that are wider than that are searched in part.
-constexpr std::int64_t kMostCells = std::int64_t{1} << 21;
+/// Cells beyond have this number: their own might not fit.
+constexpr double kFarthestCell = 0x1p60;
+/// An area vector that is smaller, beside the area, is the rounding of a sum that is zero.
+constexpr double kLeastCoherence = 1e-9;
 /// Around a patch's bounds, in distances of its points.
 constexpr double kMargin = 1.5;
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -23,7 +25,7 @@ PatchRays::PatchRays(std::span<const PatchSum> sums, double cell,
   highest_.fill(std::numeric_limits<std::int64_t>::min());
   for (std::uint32_t v = 0; v < sums.size(); ++v) {
     const double area = norm(sums[v].area_normal);
-    if (area > 0.0) {
+    if (area > 0.0 && coherence(sums[v]) > kLeastCoherence) {
       const double sign = !turn.empty() && turn[v] != 0 ? -1.0 : 1.0;
       planes_[v] = {(sign / area) * sums[v].area_normal, sign / area * sums[v].flux,
                     std::sqrt(area / static_cast<double>(sums[v].points))};
@@ -35,31 +37,29 @@ PatchRays::PatchRays(std::span<const PatchSum> sums, double cell,
     }
   }
   std::iota(by_cell_.begin(), by_cell_.end(), 0u);
-  std::vector<std::uint64_t> keys(sums.size());
-  for (std::uint32_t v = 0; v < sums.size(); ++v) keys[v] = key_of(cell_of(sums[v].flux_origin));
+  std::vector<Place> cells(sums.size());
+  for (std::uint32_t v = 0; v < sums.size(); ++v) cells[v] = counted(cell_of(sums[v].flux_origin));
   std::stable_sort(by_cell_.begin(), by_cell_.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+                   [&](std::uint32_t a, std::uint32_t b) { return cells[a] < cells[b]; });
   rows_of_cell_.reserve(sums.size());
   for (std::uint32_t row = 0; row < by_cell_.size(); ++row) {
-    const auto [at, is_new] = rows_of_cell_.try_emplace(keys[by_cell_[row]], row, row + 1);
+    const auto [at, is_new] = rows_of_cell_.try_emplace(cells[by_cell_[row]], row, row + 1);
     if (!is_new) at->second.second = row + 1;
   }
+  blocks_ = CellBlocks(cells);
 }
 
 /// The corner of a cell is a multiple of its side, a power of two: nothing is rounded.
 PatchRays::Place PatchRays::cell_of(Vec3 position) const {
   Place place;
   for (int axis = 0; axis < 3; ++axis)
-    place[axis] = static_cast<std::int64_t>(std::floor(position[axis] / cell_));
+    place[axis] = static_cast<std::int64_t>(
+        std::clamp(std::floor(position[axis] / cell_), -kFarthestCell, kFarthestCell));
   return place;
 }
 
-std::uint64_t PatchRays::key_of(const Place& place) const {
-  std::uint64_t key = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    key = key * kMostCells +
-          static_cast<std::uint64_t>(std::min(place[axis] - lowest_[axis], kMostCells - 1));
-  return key;
+PatchRays::Place PatchRays::counted(const Place& place) const {
+  return {place[0] - lowest_[0], place[1] - lowest_[1], place[2] - lowest_[2]};
 }
 
 Vec3 PatchRays::middle(std::uint32_t patch) const {
@@ -104,21 +104,85 @@ bool PatchRays::is_same_layer(std::uint32_t from, std::uint32_t patch, Vec3 dire
          is_beside(from, patch);
 }
 
+/// The cells that a ray passes through, of those with patches all, of others some.
+class PatchRays::Walk {
+ public:
+  Walk(const PatchRays& rays, Vec3 origin, Vec3 direction)
+      : rays_(rays), place_(rays.cell_of(origin)) {
+    for (int axis = 0; axis < 3; ++axis) {
+      step_[axis] = direction[axis] > 0.0 ? 1 : direction[axis] < 0.0 ? -1 : 0;
+      const double wall =
+          rays.cell_ * static_cast<double>(place_[axis] + (step_[axis] > 0 ? 1 : 0));
+      next_[axis] = step_[axis] == 0 ? kNever : (wall - origin[axis]) / direction[axis];
+      between_[axis] = step_[axis] == 0 ? kNever : rays.cell_ / std::abs(direction[axis]);
+    }
+    cell_ = rays.counted(place_);
+  }
+
+  const Place& cell() const { return cell_; }
+  /// Distance to the wall where the ray has entered the cell.
+  double entered() const { return entered_; }
+
+  /// Goes on behind the block of cells around this one that are empty, or to the next cell. False:
+  /// the ray has left the patches' bounds for good.
+  bool pass() {
+    const int side_log = rays_.blocks_.empty_around(cell_);
+    std::array<std::int64_t, 3> walls{};  // up to where the block, or the bounds, are left
+    Vec3 left{kNever, kNever, kNever};
+    for (int axis = 0; axis < 3; ++axis) {
+      if (step_[axis] == 0) continue;
+      walls[axis] = walls_to_pass(axis, side_log);
+      left[axis] = next_[axis] + static_cast<double>(walls[axis] - 1) * between_[axis];
+    }
+    const int first = left.x <= left.y && left.x <= left.z ? 0 : left.y <= left.z ? 1 : 2;
+    entered_ = left[first];
+    if (!(entered_ < kNever)) return false;
+    for (int axis = 0; axis < 3; ++axis)
+      advance(axis, axis == first ? walls[axis] : walls_before(axis, walls[axis] - 1, first));
+    cell_ = rays_.counted(place_);
+    return step_[first] > 0 ? place_[first] <= rays_.highest_[first]
+                            : place_[first] >= rays_.lowest_[first];
+  }
+
+ private:
+  std::int64_t walls_to_pass(int axis, int side_log) const {
+    const std::int64_t side = std::int64_t{1} << side_log;
+    const std::int64_t within = cell_[axis] & (side - 1);
+    const bool rises = step_[axis] > 0;
+    const std::int64_t of_block = rises ? side - within : within + 1;
+    const std::int64_t of_bounds =
+        rises ? rays_.highest_[axis] - place_[axis] + 1 : place_[axis] - rays_.lowest_[axis] + 1;
+    return std::max<std::int64_t>(1, std::min(of_block, of_bounds));
+  }
+
+  /// Of at most `most` walls along an axis those that the ray passes before it has entered what is
+  /// behind the block by a wall of the axis `first`.
+  std::int64_t walls_before(int axis, std::int64_t most, int first) const {
+    const bool is_in_time = next_[axis] < entered_ || (next_[axis] == entered_ && axis < first);
+    if (!is_in_time || most < 1) return 0;
+    const double walls = 1.0 + std::floor((entered_ - next_[axis]) / between_[axis]);
+    return walls < static_cast<double>(most) ? static_cast<std::int64_t>(walls) : most;
+  }
+
+  void advance(int axis, std::int64_t walls) {
+    if (walls == 0) return;
+    place_[axis] += walls * step_[axis];
+    next_[axis] += static_cast<double>(walls) * between_[axis];
+  }
+
+  const PatchRays& rays_;
+  Place place_, cell_{}, step_{};
+  Vec3 next_, between_;  // along the ray, to the next wall of a cell and from wall to wall
+  double entered_ = 0.0;
+};
+
 PatchRays::Hit PatchRays::first(std::uint32_t from, Vec3 direction) const {
   const Vec3 origin = middle(from);
   const double nearest = planes_[from].spacing;
-  Place place = cell_of(origin);
-  Place step{};
-  Vec3 next, between;  // along the ray, to the next wall of a cell and from wall to wall
-  for (int axis = 0; axis < 3; ++axis) {
-    step[axis] = direction[axis] > 0.0 ? 1 : direction[axis] < 0.0 ? -1 : 0;
-    const double wall = cell_ * static_cast<double>(place[axis] + (step[axis] > 0 ? 1 : 0));
-    next[axis] = step[axis] == 0 ? kNever : (wall - origin[axis]) / direction[axis];
-    between[axis] = step[axis] == 0 ? kNever : cell_ / std::abs(direction[axis]);
-  }
-  for (double entered = 0.0;;) {
+  Walk walk(*this, origin, direction);
+  do {
     Hit hit{kNothing, kNever};
-    const auto rows = rows_of_cell_.find(key_of(place));
+    const auto rows = rows_of_cell_.find(walk.cell());
     if (rows != rows_of_cell_.end())
       for (std::uint32_t row = rows->second.first; row < rows->second.second; ++row) {
         const std::uint32_t patch = by_cell_[row];
@@ -128,14 +192,8 @@ PatchRays::Hit PatchRays::first(std::uint32_t from, Vec3 direction) const {
         hit = {patch, distance};
       }
     if (hit.patch != kNothing) return hit;
-    const int axis = next.x <= next.y && next.x <= next.z ? 0 : next.y <= next.z ? 1 : 2;
-    entered = next[axis];
-    place[axis] += step[axis];
-    next[axis] += between[axis];
-    const bool has_left =
-        step[axis] > 0 ? place[axis] > highest_[axis] : place[axis] < lowest_[axis];
-    if (has_left) return {kNothing, entered};
-  }
+  } while (walk.pass());
+  return {kNothing, walk.entered()};
 }
 
 }  // namespace orbweave

@@ -9,6 +9,7 @@
 #include <catch2/catch.hpp>
 
 #include "engine/normals/estimate_normals.h"
+#include "engine/normals/free_space.h"
 #include "engine/normals/orientation.h"
 #include "engine/normals/patch_rays.h"
 #include "tests/support/clouds.h"
@@ -301,6 +302,93 @@ TEST_CASE("RaysMeetTheNearestPatchThatIsNoLayerOfTheirOwn") {
   CHECK(rays.first(3, {0, 0, -1}).patch == 2);
   CHECK(rays.first(3, {0, 0, 1}).patch == PatchRays::kNothing);
   CHECK(rays.first(0, {1, 0, 0}).patch == PatchRays::kNothing);
+}
+
+TEST_CASE("RaysPassEmptySpaceOfAnyWidthAtOnce") {
+  // Two level patches far above each other, and one beside the lower one.
+  const double far = GENERATE(40.0, 1e5, 1e12);
+  std::vector<PatchSum> sums;
+  for (const Vec3 corner : {Vec3{0, 0, 0}, Vec3{0, 0, far}, Vec3{-far, 0, 0}}) {
+    PatchSum sum;
+    sum.patch = sums.size();
+    sum.points = 16;
+    sum.lowest = corner;
+    sum.highest = corner + Vec3{4, 4, 0};
+    sum.flux_origin = 8.0 * Vec3{std::floor(corner.x / 8.0), std::floor(corner.y / 8.0),
+                                 std::floor(corner.z / 8.0)};
+    sum.area_normal = {0, 0, 16};
+    sum.area = 16.0;
+    sum.flux = 16.0 * (corner.z - sum.flux_origin.z);
+    sums.push_back(sum);
+  }
+  const PatchRays rays(sums, 8.0, {}, {});
+  CHECK(rays.first(0, {0, 0, 1}).patch == 1);
+  CHECK(rays.first(0, {0, 0, 1}).distance == Approx(far));
+  CHECK(rays.first(1, {0, 0, -1}).patch == 0);
+  CHECK(rays.first(1, normalized({-1, -1, -1})).patch == PatchRays::kNothing);
+  CHECK(rays.first(0, normalized({-1, 1, 1})).patch == PatchRays::kNothing);
+  CHECK(rays.first(2, normalized({1, 0, 1})).patch == 1);
+}
+
+TEST_CASE("RaysPassThroughTheSameCellsWhereverEmptyOnesLie") {
+  // Small level patches at random places: with others far away, rays meet the same.
+  test::Random random(3);
+  std::vector<PatchSum> sums;
+  for (int i = 0; i < 300; ++i) {
+    const auto place = [&] { return 100.0 * random.uniform(); };
+    const Vec3 corner{place(), place(), place()};
+    PatchSum sum;
+    sum.patch = sums.size();
+    sum.points = 16;
+    sum.lowest = corner;
+    sum.highest = corner + Vec3{6, 6, 0};
+    sum.flux_origin = 8.0 * Vec3{std::floor(corner.x / 8.0), std::floor(corner.y / 8.0),
+                                 std::floor(corner.z / 8.0)};
+    sum.area_normal = {0, 0, 36};
+    sum.area = 36.0;
+    sum.flux = 36.0 * (corner.z - sum.flux_origin.z);
+    sums.push_back(sum);
+  }
+  const PatchRays rays(sums, 8.0, {}, {});
+  std::vector<PatchSum> more = sums;
+  for (const double far : {-1e6, 1e9}) {
+    more.push_back(sums.front());
+    more.back().flux_origin = {8.0 * far, 8.0 * far, 8.0 * far};
+    more.back().lowest = more.back().highest = more.back().flux_origin;
+    more.back().flux = 0.0;
+  }
+  const PatchRays among_far(more, 8.0, {}, {});
+  int met = 0;
+  for (std::uint32_t from = 0; from < sums.size(); ++from) {
+    const auto along = [&] { return random.uniform() - 0.5; };
+    const Vec3 direction = normalized({along(), along(), along()});
+    const PatchRays::Hit hit = rays.first(from, direction);
+    met += hit.patch != PatchRays::kNothing ? 1 : 0;
+    CHECK(among_far.first(from, direction).patch == hit.patch);
+  }
+  CHECK(met > 50);
+}
+
+TEST_CASE("PatchesWhoseNormalsCancelOutSendNoRays") {
+  // All around a point: the sum of the normals is zero, or what rounding leaves of it.
+  const Vec3 left = GENERATE(Vec3{}, Vec3{1e-17, -2e-17, 0});
+  std::vector<PatchSum> sums(2);
+  for (std::uint64_t i = 0; i < 2; ++i) {
+    PatchSum& sum = sums[i];
+    sum.patch = i;
+    sum.points = 8;
+    sum.highest = {1, 1, 1};
+    sum.area_normal = left;
+    sum.area = 8.0;
+    sum.flux = 6.0;
+  }
+  const PatchRays rays(sums, 16.0, {}, {});
+  CHECK(rays.normal(0) == Vec3{});
+  const std::vector<std::uint32_t> part = {0, 1};
+  const std::vector<std::uint8_t> turn = {0, 0};
+  const SpaceOfParts found = find_free_space(sums, 16.0, part, turn, {{0, {0}}, {1, {1}}}, nullptr);
+  CHECK(found.of_part[0].shut == 0.0);
+  CHECK(found.facing.empty());
 }
 
 }  // namespace orbweave
