@@ -265,6 +265,16 @@ TEST_CASE("CrumbsBesideASurfaceGoAndAreCounted") {
   CHECK(with.mesh.triangles == without.mesh.triangles + 2);
 }
 
+TEST_CASE("AMeshWithoutTrianglesHasNoArea") {
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, test::noisy_torus(2000, 0.1, 7));
+  job.partition.chunk_points = 300;
+  job.fill.min_triangles = 1'000'000;
+  const RunReport report = run(job);
+  CHECK(report.mesh.triangles == 0);
+  CHECK(report.mesh.area == 0.0);
+}
+
 TEST_CASE("NewVerticesGetColoursFromAroundTheHole") {
   NamedCloud named = test::painted_torus(6000, 0.0, 35);
   remove_ball(named.cloud, {1.0, 0.0, 0.4}, 0.25);

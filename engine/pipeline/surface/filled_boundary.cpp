@@ -214,6 +214,8 @@ MeshFacts facts_after_fill(MeshFacts facts, UnfilledMesh mesh, std::vector<Bound
   facts.pinches = count_pinches(filled);
   facts.mended_triangles = mesh.mended.taken.size() + filled.flaps;
   facts.area += patches.area;
+  // What was taken away leaves the rounding of a sum.
+  if (facts.triangles == 0) facts.area = 0.0;
   facts.patch_area = patches.area;
   facts.boundary_edges = fans.size();
   facts.boundary_loops = count_loops(in_split_numbers(std::move(fans), filled.splits));
