@@ -17,7 +17,7 @@ using Places = std::array<std::size_t, 3>;
 
 // The first of each are the names of the role.
 constexpr std::array<Names, 1> kPositions = {{{"x", "y", "z"}}};
-/// PCL and Open3D write normal_x, PDAL normalx. CloudCompare makes scalar fields of normals.
+/// PCL's name is normal_x, PDAL's NormalX or normalx. CloudCompare makes scalar fields of normals.
 constexpr std::array<Names, 5> kNormals = {
     {{"nx", "ny", "nz"},
      {"normal_x", "normal_y", "normal_z"},
