@@ -261,10 +261,8 @@ class TextSource final : public PointSource {
   /// FARO's programs write row and column of the scanner's grid before the coordinates.
   static std::string place_in_doubt() {
     return "the meaning of columns 1 to 5, which have no names: 1 and 2 hold whole numbers, as "
-           "rows "
-           "and columns of a scanner's grid are, and 3 to 5 decimals; 1 to 3 are taken for x, y "
-           "and "
-           "z (input.columns, --columns, says what they are, such as -,-,x,y,z)";
+           "rows and columns of a scanner's grid are, and 3 to 5 decimals; 1 to 3 are taken for "
+           "x, y and z (input.columns, --columns, says what they are, such as -,-,x,y,z)";
   }
 
   /// Intensity before the colours, or classes behind them, look like colours as well.

@@ -15,8 +15,7 @@ constexpr double kWeek = 604'800.0;
 /// What LAS takes from the seconds of GPS since 1980 (LAS 1.4 R15, adjusted standard GPS time).
 constexpr double kAdjustment = 1e9;
 /// Names of the time of a point, from the most certain on.
-constexpr std::array<std::string_view, 6> kTimes = {"gps_time",        "time",        "timestamp",
-                                                    "scalar_gps_time", "scalar_time", "t"};
+constexpr std::array<std::string_view, 4> kTimes = {"gps_time", "time", "timestamp", "t"};
 
 /// Seconds of GPS since 1980 from such with or without the adjustment: there were a billion in
 /// 2011.

@@ -55,7 +55,7 @@ struct ResolvedJob : Job {
 };
 
 /// Looks at the inputs; `files`: the job's scans, patterns expanded. Throws Error (bad input) where
-/// a scan is a pipe, the first one cannot be opened to see whether it has normals, or the poses or
+/// a scan is a pipe, one cannot be opened to see whether it has normals, or the poses or
 /// the trajectory cannot be read; Error (usage) where two keys say where the scanner was.
 ResolvedJob resolve(const Job& job, std::vector<std::string> files);
 
