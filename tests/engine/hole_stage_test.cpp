@@ -361,6 +361,22 @@ TEST_CASE("ADamagedPatchIsComputedAgain", "[costly]") {
   REQUIRE((mesh_bytes(job) == expected));
 }
 
+TEST_CASE("WhatIsComputedAgainIsSaidOnce") {
+  ScratchDirectory scratch;
+  Job job = job_for(scratch, punched_sphere());
+  job.run.keep_work_dir = true;
+  run(job);
+  test::damage(std::filesystem::path(job.run.work_dir) / kHoleStage / "000000.h5");
+  std::vector<std::string> notes = run(job).notes;
+  CHECK(std::ranges::any_of(notes, [](const std::string& note) {
+    return note.find("computing it again") != std::string::npos;
+  }));
+  CHECK(std::ranges::any_of(
+      notes, [](const std::string& note) { return note.starts_with("ball radii: "); }));
+  std::ranges::sort(notes);
+  CHECK(std::ranges::adjacent_find(notes) == notes.end());
+}
+
 TEST_CASE("ChangedFillOptionsComputeThePatchesAnewButNotTheMesh") {
   const NamedCloud named = punched_sphere();
   ScratchDirectory scratch;

@@ -40,13 +40,15 @@ struct StageRunner : RunControl {
   std::string change_of_points = {};
 
   void note(const std::string& line) { note(line, line); }
-  /// `line` is shown; the report has `full`.
+  /// `line` is shown; the report has `full`. Once: an attempt before, which damage ended, may have
+  /// come to it.
   void note(const std::string& line, const std::string& full) {
+    if (std::find(notes.begin(), notes.end(), full) != notes.end()) return;
     notes.push_back(full);
     progress.note(line);
   }
   void warn(const std::string& line) { warn(line, line); }
-  /// Once: an attempt before, which damage ended, may have come to it.
+  /// Once, as notes.
   void warn(const std::string& line, const std::string& full) {
     if (std::find(warnings.begin(), warnings.end(), full) != warnings.end()) return;
     notes.push_back(full);
