@@ -145,8 +145,7 @@ std::vector<std::string> files_in_other_case(const std::vector<std::string>& pat
   }
   std::ranges::sort(taken);
   std::ranges::sort(all);
-  const auto repeated = std::ranges::unique(all);
-  all.erase(repeated.begin(), repeated.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
   std::vector<std::string> others;
   std::ranges::set_difference(all, taken, std::back_inserter(others));
   return others;
