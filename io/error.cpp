@@ -13,7 +13,8 @@ std::string compose(const std::string& problem, const ErrorParts& parts) {
   if (!parts.found.empty()) text += "; found " + parts.found;
   if (!parts.expected.empty())
     text += (parts.found.empty() ? "; expected " : ", expected ") + parts.expected;
-  if (!parts.advice.empty()) text += ". " + parts.advice;
+  // What was told may be an error's whole text, which may end in an advice of its own.
+  if (!parts.advice.empty()) text += (text.ends_with('.') ? " " : ". ") + parts.advice;
   return shown(text);
 }
 

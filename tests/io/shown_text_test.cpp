@@ -96,6 +96,13 @@ TEST_CASE("DocumentsKeepBytesAndJsonForOthersIsUtf8") {
   CHECK(json_dump({{"name", "a\xff"}}) == "{\"name\":\"a\\\\xff\"}");
 }
 
+TEST_CASE("AnAdviceBehindAnotherOneIsASentenceOfItsOwn") {
+  const Error inner(ErrorKind::kBadInput, "no point is left", {.advice = "A crop keeps them."});
+  const Error outer(inner.kind(), inner.what(), {.advice = "The work directory m.work stays."});
+  CHECK(std::string(outer.what()) ==
+        "no point is left. A crop keeps them. The work directory m.work stays.");
+}
+
 TEST_CASE("AMessageIsOneLineWhateverANameHolds") {
   const Error error(ErrorKind::kBadInput, "no such attribute",
                     {.file = "sc\xe4n\n.ply", .found = "\x1b[31mred\xff"});
