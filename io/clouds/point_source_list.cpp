@@ -398,7 +398,9 @@ class PointSourceList final : public PointSource {
     return coordinate_system_ ? coordinate_system_->text : std::string();
   }
   std::optional<Vec3> meters_per_unit() const override {
-    return coordinate_system_ ? coordinate_system_->meters_per_unit : unit_without_system_;
+    if (coordinate_system_) return coordinate_system_->meters_per_unit;
+    return units_without_system_.size() == 1 ? std::optional(units_without_system_.front())
+                                             : std::nullopt;
   }
   void note(std::vector<std::string>& notes) const {
     note_fillers(files_, schema_, notes);
@@ -531,7 +533,7 @@ class PointSourceList final : public PointSource {
         disagreements_.push_back(
             coordinate_system_file(path).string() +
             " names no coordinate system that is known, so it is passed over: " + words);
-      if (!coordinate_system_) unit_without_system_ = source.meters_per_unit();
+      add_unit_without_system(source.meters_per_unit());
       return;
     }
     if (coordinate_system_ && coordinate_system_->text != text) compare_systems(text, path);
@@ -539,6 +541,11 @@ class PointSourceList final : public PointSource {
         !coordinate_system_ || text.size() > coordinate_system_->text.size() ||
         (text.size() == coordinate_system_->text.size() && text < coordinate_system_->text);
     if (says_more) coordinate_system_ = {text, path, source.meters_per_unit()};
+  }
+
+  void add_unit_without_system(const std::optional<Vec3>& unit) {
+    if (unit && std::ranges::find(units_without_system_, *unit) == units_without_system_.end())
+      units_without_system_.push_back(*unit);
   }
 
   void compare_systems(const std::string& text, const std::filesystem::path& path) {
@@ -593,7 +600,7 @@ class PointSourceList final : public PointSource {
   std::optional<bool> fills_16_bits_;  ///< once it was asked for
   DroppedPoints left_out_;             ///< of the files that were read to their ends
   std::optional<NamedSystem> coordinate_system_;
-  std::optional<Vec3> unit_without_system_;
+  std::vector<Vec3> units_without_system_;  // each once, of files that name no system
   std::set<std::string> systems_compared_;
   std::vector<std::filesystem::path> files_without_system_;
   std::vector<std::string> disagreements_;

@@ -2,7 +2,9 @@
 #include <catch2/catch.hpp>
 #include <optional>
 
+#include "io/clouds/point_source_list.h"
 #include "tests/io/las_files.h"
+#include "tests/support/program.h"
 
 namespace orbweave {
 namespace {
@@ -169,6 +171,27 @@ TEST_CASE("TheUnitOfWktIsThatOfTheProjectionNotOfItsBase") {
   std::string deep;
   for (int i = 0; i < 5000; ++i) deep += "COMPD_CS[";
   CHECK_FALSE(unit(deep));
+}
+
+TEST_CASE("TheUnitOfScansWithoutASystemIsTheOneThatAllSayWhateverTheirOrder") {
+  const test::ScratchDirectory scratch;
+  const auto written = [&](const std::string& name, const std::vector<std::string>& records) {
+    test::write_text(scratch / name, bytes_of(records, 0, {}));
+    return scratch / name;
+  };
+  const auto feet = written("feet.las", {keys_record({{3072, 0, 1, 32767}, {3076, 0, 1, 9002}})});
+  const auto metres = written("m.las", {keys_record({{3072, 0, 1, 32767}, {3076, 0, 1, 9001}})});
+  const auto silent = written("none.las", {});
+  const auto unit = [](const std::vector<std::filesystem::path>& files) {
+    const auto list = open_point_sources(files);
+    CHECK(list->coordinate_system().empty());
+    return list->meters_per_unit();
+  };
+  CHECK(unit({feet}) == all(0.3048));
+  CHECK(unit({feet, silent}) == all(0.3048));
+  CHECK(unit({silent, feet}) == all(0.3048));
+  CHECK_FALSE(unit({feet, metres}));
+  CHECK_FALSE(unit({metres, feet}));
 }
 
 }  // namespace
