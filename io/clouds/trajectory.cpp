@@ -90,6 +90,7 @@ std::optional<Vec3> Trajectory::on_path(double time) const {
   // Where no place of the slice is as late, the first one behind it is.
   const auto next = std::lower_bound(begin, places_.begin() + slice_begin_[slice + 1], time,
                                      [](const Place& place, double t) { return place.time < t; });
+  if (time == next->time) return next->position;  // to the last digit
   const Place& from = *(next - 1);
   if (!is_bridged(from, *next)) return std::nullopt;
   const double share = (time - from.time) / (next->time - from.time);

@@ -69,6 +69,14 @@ TEST_CASE("AScannerMovesEvenlyBetweenTwoPlacesOfItsPath") {
   CHECK_FALSE(path.at(std::nan("")));
 }
 
+TEST_CASE("AtTheTimeOfAPlaceTheScannerIsThereToTheLastDigit") {
+  const std::vector<Trajectory::Place> places = {{330.0, {7411999.7, 3025411999.9, 302.0}},
+                                                 {1599.5, {439509.5, 7411999.7, 302.0}},
+                                                 {1600.5, {439509.9, 7411999.1, 302.3}}};
+  const Trajectory path(places);
+  for (const Trajectory::Place& place : places) CHECK(path.at(place.time) == place.position);
+}
+
 TEST_CASE("TheOrderOfThePlacesOfAPathDoesNotMatter") {
   std::vector<Trajectory::Place> places = drive(7.0, 400);
   const Trajectory path(places);
