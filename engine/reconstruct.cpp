@@ -189,8 +189,7 @@ Vec3 wanted_side(Orientation side, const NormalOptions& options, const PointClou
   if (side == Orientation::kUp) return options.up.value_or(Vec3{0.0, 0.0, 1.0});
   if (side == Orientation::kViewpoint) return *options.viewpoint - cloud.positions[point];
   if (side != Orientation::kScanner) return {};
-  const ViewCode view = view_of(cloud, point, *view_offset(cloud.schema));
-  return view.known() ? decode_view(view) : Vec3{};
+  return direction_to_scanner(cloud, point, *view_offset(cloud.schema));
 }
 
 /// Whether the places of the scanners decide.

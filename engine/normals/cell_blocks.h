@@ -32,7 +32,7 @@ class CellBlocks {
  private:
   bool is_empty(const LatticePlace& cell, int side_log) const;
 
-  std::vector<std::unordered_set<LatticePlace, LatticePlaceHash>> levels_;  // only looked up
+  std::vector<std::unordered_set<LatticePlace, LatticePlaceHash>> levels_;  // whatever their order
 };
 
 }  // namespace orbweave

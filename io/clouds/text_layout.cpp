@@ -24,28 +24,6 @@ namespace {
 /// As in the headers of other formats: what a line of numbers without ends would have is no point.
 constexpr std::size_t kMostColumns = 4096;
 
-std::vector<std::string_view> fields_of(std::string_view line, char separator) {
-  std::vector<std::string_view> fields;
-  while (const auto field = take_field(line, separator)) fields.push_back(*field);
-  return fields;
-}
-
-bool to_number(std::string_view field, double& value) {
-  const char* const last = field.data() + field.size();
-  return !field.empty() && parse_number(field.data(), last, value) == last;
-}
-
-char find_separator(std::string_view line) {
-  for (const char c : {';', ','})
-    if (line.find(c) != line.npos) return c;
-  // Tabs count as blanks, unless they set off names that have blanks inside.
-  const auto tabbed = fields_of(line, '\t');
-  const bool blank_inside = std::any_of(tabbed.begin(), tabbed.end(), [](std::string_view field) {
-    return field.find(' ') != field.npos;
-  });
-  return tabbed.size() >= 3 && blank_inside ? '\t' : ' ';
-}
-
 bool names_position(const std::vector<TextColumn>& columns) {
   for (const char* name : {"x", "y", "z"})
     if (std::none_of(columns.begin(), columns.end(),

@@ -41,13 +41,11 @@ Trajectory::Trajectory(std::vector<Place> places) : places_(std::move(places)) {
     way += step;
     speeds.push_back(step / (places_[i].time - places_[i - 1].time));
   }
-  if (!speeds.empty()) {
-    const auto middle = speeds.begin() + static_cast<std::ptrdiff_t>(speeds.size() / 2);
-    std::nth_element(speeds.begin(), middle, speeds.end());
-    speed_ = *middle;
-  }
+  const auto middle = speeds.begin() + static_cast<std::ptrdiff_t>(speeds.size() / 2);
+  std::nth_element(speeds.begin(), middle, speeds.end());
+  speed_ = *middle;
   constexpr double kSteps = 8.0;
-  const auto steps = static_cast<double>(std::max<std::size_t>(places_.size(), 2) - 1);
+  const auto steps = static_cast<double>(speeds.size());
   longest_ = kSteps * (last_time() - first_time()) / steps;
   farthest_ = kSteps * way / steps;
   // As many slices as places: a search looks at one of them.

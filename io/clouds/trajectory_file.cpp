@@ -14,11 +14,11 @@
 #include "io/error.h"
 #include "io/streams/byte_source.h"
 #include "io/streams/stoppable.h"
+#include "io/text/column_name.h"
 #include "io/text/counted_noun.h"
 #include "io/text/file_format.h"
 #include "io/text/lower_case.h"
 #include "io/text/text_fields.h"
-#include "io/text/text_number.h"
 
 namespace orbweave {
 namespace {
@@ -65,9 +65,9 @@ using PlaceColumns = std::array<std::size_t, 4>;
 constexpr PlaceColumns kFirstFour = {0, 1, 2, 3};
 constexpr std::array<const char*, 4> kQuantities = {"time", "x", "y", "z"};
 
-/// Letters and digits of a name in lower case, without the unit in brackets behind it.
+/// Letters and digits of a name in lower case, without the unit behind it.
 std::string plain_name(std::string_view name) {
-  std::string plain = lower_case(std::string(name.substr(0, name.find_first_of("(["))));
+  std::string plain = lower_case(std::string(without_unit(name)));
   std::erase_if(plain, [](char c) { return !(c >= 'a' && c <= 'z') && !(c >= '0' && c <= '9'); });
   return plain;
 }
@@ -88,25 +88,6 @@ std::optional<std::size_t> quantity_of(std::string_view name) {
   return std::nullopt;
 }
 
-std::vector<std::string_view> fields_of(std::string_view line, char separator) {
-  std::vector<std::string_view> fields;
-  while (const auto field = take_field(line, separator)) fields.push_back(*field);
-  return fields;
-}
-
-char separator_of(std::string_view line) {
-  for (const char c : {';', ',', '\t'})
-    if (line.find(c) != line.npos) return c;
-  return ' ';
-}
-
-std::optional<double> number_of(std::string_view field) {
-  double number = 0.0;
-  const char* const last = field.data() + field.size();
-  if (field.empty() || parse_number(field.data(), last, number) != last) return std::nullopt;
-  return number;
-}
-
 /// The lines of a trajectory as text.
 class TrajectoryText {
  public:
@@ -121,7 +102,7 @@ class TrajectoryText {
       if (line.empty()) continue;
       if (const std::size_t mark = comment_mark(line); mark > 0) {
         if (!has_places_) look_for_names(line.substr(mark));
-      } else if (!number_of(first_field(line)) && (!has_places_ || line == names_)) {
+      } else if (!begins_with_number(line) && (!has_places_ || line == names_)) {
         look_for_names(line);  // files that were put together have it again
       } else {
         places.add(place_of(line));
@@ -138,16 +119,17 @@ class TrajectoryText {
     return line.starts_with("//") ? 2 : 0;
   }
 
-  static std::string_view first_field(std::string_view line) {
-    const auto field = take_field(line, separator_of(line));
-    return field.value_or(std::string_view{});
+  static bool begins_with_number(std::string_view line) {
+    const auto field = take_field(line, find_separator(line));
+    double ignored = 0.0;
+    return field && to_number(*field, ignored);
   }
 
   /// Takes the places of columns from a line of names, where it is one.
   void look_for_names(std::string_view line) {
     std::array<std::optional<std::size_t>, 4> found;
     bool is_geographic = false;
-    const std::vector<std::string_view> names = fields_of(line, separator_of(line));
+    const std::vector<std::string_view> names = fields_of(line, find_separator(line));
     for (std::size_t column = 0; column < names.size(); ++column) {
       const std::string plain = plain_name(names[column]);
       is_geographic |= plain == "lat" || plain == "latitude" || plain == "lon" || plain == "long" ||
@@ -168,14 +150,14 @@ class TrajectoryText {
   }
 
   Trajectory::Place place_of(std::string_view line) {
-    if (!has_places_) separator_ = separator_of(line);
+    if (!has_places_) separator_ = find_separator(line);
     const std::vector<std::string_view> fields = fields_of(line, separator_);
     std::array<double, 4> values{};
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (columns_[i] >= fields.size()) refuse(columns_[i], i, "the end of the line");
-      const std::optional<double> number = number_of(fields[columns_[i]]);
-      if (!number || !std::isfinite(*number)) refuse(columns_[i], i, excerpt(fields[columns_[i]]));
-      values[i] = *number;
+      const std::string_view field = fields[columns_[i]];
+      if (!to_number(field, values[i]) || !std::isfinite(values[i]))
+        refuse(columns_[i], i, excerpt(field));
     }
     return {values[0], {values[1], values[2], values[3]}};
   }

@@ -89,6 +89,11 @@ ViewCode view_of(const PointCloud& cloud, std::size_t point, std::size_t offset)
   return code;
 }
 
+Vec3 direction_to_scanner(const PointCloud& cloud, std::size_t point, std::size_t offset) {
+  const ViewCode code = view_of(cloud, point, offset);
+  return code.known() ? decode_view(code) : Vec3{};
+}
+
 std::uint64_t count_without_view(const PointCloud& cloud) {
   const std::optional<std::size_t> offset = view_offset(cloud.schema);
   if (!offset) return cloud.size();

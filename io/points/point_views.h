@@ -34,6 +34,8 @@ void add_views(std::span<const ViewCode> views, PointCloud& cloud);
 void drop_views(PointCloud& cloud);
 /// The view of a point, `offset` bytes behind the begin of its row.
 ViewCode view_of(const PointCloud& cloud, std::size_t point, std::size_t offset);
+/// The direction of that view; zero where the scanner is not known.
+Vec3 direction_to_scanner(const PointCloud& cloud, std::size_t point, std::size_t offset);
 /// Points whose scanner is not known: all of a cloud without views.
 std::uint64_t count_without_view(const PointCloud& cloud);
 

@@ -7,16 +7,11 @@
 #include "io/text/text_fields.h"
 
 namespace orbweave {
-namespace {
-
-/// "X" of "X[m]" and "X (m)".
 std::string_view without_unit(std::string_view name) {
   const bool has_unit = name.ends_with(']') || name.ends_with(')');
   const std::size_t open = name.find(name.ends_with(']') ? '[' : '(');
   return has_unit && open != name.npos ? trimmed(name.substr(0, open)) : name;
 }
-
-}  // namespace
 
 std::string canonical_column_name(std::string_view name) {
   const std::string lower = lower_case(std::string(without_unit(name)));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "io/text/text_number.h"
+
 namespace orbweave {
 namespace {
 
@@ -50,6 +52,28 @@ std::optional<std::string_view> take_field(std::string_view& line, char separato
   if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
     field = trimmed(field.substr(1, field.size() - 2));
   return field;
+}
+
+std::vector<std::string_view> fields_of(std::string_view line, char separator) {
+  std::vector<std::string_view> fields;
+  while (const auto field = take_field(line, separator)) fields.push_back(*field);
+  return fields;
+}
+
+char find_separator(std::string_view line) {
+  for (const char c : {';', ','})
+    if (line.find(c) != line.npos) return c;
+  // Tabs count as blanks, unless they set off names that have blanks inside.
+  const auto tabbed = fields_of(line, '\t');
+  const bool blank_inside = std::any_of(tabbed.begin(), tabbed.end(), [](std::string_view field) {
+    return field.find(' ') != field.npos;
+  });
+  return tabbed.size() >= 3 && blank_inside ? '\t' : ' ';
+}
+
+bool to_number(std::string_view field, double& value) {
+  const char* const last = field.data() + field.size();
+  return !field.empty() && parse_number(field.data(), last, value) == last;
 }
 
 }  // namespace orbweave

@@ -120,7 +120,7 @@ TEST_CASE("ATrajectoryThatDoesNotBelongToTheScansIsRefused") {
     CHECK_THAT(refused(command, "half.txt"),
                Contains("3 orbweave: error: half.txt: the trajectory does not cover the scans") &&
                    Contains("times from 999 to 1003, and points from 1000 to 1005.9") &&
-                   Contains("of 3,600 of them"));
+                   Contains("of 3,600 of them") && Contains("or leave --trajectory out"));
     CHECK_THAT(refused(command, "far.txt"),
                Contains("3 orbweave: error: far.txt: the trajectory lies far from the scans"));
     CHECK_THAT(refused(command, "none.txt"), Contains("3 orbweave: error: none.txt"));

@@ -279,21 +279,30 @@ TEST_CASE("ThePlaneOfANeighbourOnARoundSurfaceShutsNothingIn") {
   CHECK(rays.first(0, outward).patch == PatchRays::kNothing);
 }
 
+namespace {
+
+/// A level square of 16 points, in cells of 8.
+PatchSum level_patch(std::uint64_t number, Vec3 corner, double side) {
+  PatchSum sum;
+  sum.patch = number;
+  sum.points = 16;
+  sum.lowest = corner;
+  sum.highest = corner + Vec3{side, side, 0};
+  sum.flux_origin = 8.0 * Vec3{std::floor(corner.x / 8.0), std::floor(corner.y / 8.0),
+                               std::floor(corner.z / 8.0)};
+  sum.area = side * side;
+  sum.area_normal = {0, 0, sum.area};
+  sum.flux = sum.area * (corner.z - sum.flux_origin.z);
+  return sum;
+}
+
+}  // namespace
+
 TEST_CASE("RaysMeetTheNearestPatchThatIsNoLayerOfTheirOwn") {
   // Level patches of 4 x 4 at heights 0, 0.1, 6 and 14; 16 points each lie 1 apart.
   std::vector<PatchSum> sums;
-  for (const double height : {0.0, 0.1, 6.0, 14.0}) {
-    PatchSum sum;
-    sum.patch = sums.size();
-    sum.points = 16;
-    sum.lowest = {0, 0, height};
-    sum.highest = {4, 4, height};
-    sum.flux_origin = {0, 0, 8.0 * std::floor(height / 8.0)};
-    sum.area_normal = {0, 0, 16};
-    sum.area = 16.0;
-    sum.flux = 16.0 * (height - sum.flux_origin.z);
-    sums.push_back(sum);
-  }
+  for (const double height : {0.0, 0.1, 6.0, 14.0})
+    sums.push_back(level_patch(sums.size(), {0, 0, height}, 4.0));
   const PatchRays rays(sums, 8.0, {}, {});
   const PatchRays::Hit up = rays.first(0, {0, 0, 1});
   CHECK(up.patch == 2);
@@ -308,19 +317,8 @@ TEST_CASE("RaysPassEmptySpaceOfAnyWidthAtOnce") {
   // Two level patches far above each other, and one beside the lower one.
   const double far = GENERATE(40.0, 1e5, 1e12);
   std::vector<PatchSum> sums;
-  for (const Vec3 corner : {Vec3{0, 0, 0}, Vec3{0, 0, far}, Vec3{-far, 0, 0}}) {
-    PatchSum sum;
-    sum.patch = sums.size();
-    sum.points = 16;
-    sum.lowest = corner;
-    sum.highest = corner + Vec3{4, 4, 0};
-    sum.flux_origin = 8.0 * Vec3{std::floor(corner.x / 8.0), std::floor(corner.y / 8.0),
-                                 std::floor(corner.z / 8.0)};
-    sum.area_normal = {0, 0, 16};
-    sum.area = 16.0;
-    sum.flux = 16.0 * (corner.z - sum.flux_origin.z);
-    sums.push_back(sum);
-  }
+  for (const Vec3 corner : {Vec3{0, 0, 0}, Vec3{0, 0, far}, Vec3{-far, 0, 0}})
+    sums.push_back(level_patch(sums.size(), corner, 4.0));
   const PatchRays rays(sums, 8.0, {}, {});
   CHECK(rays.first(0, {0, 0, 1}).patch == 1);
   CHECK(rays.first(0, {0, 0, 1}).distance == Approx(far));
@@ -336,18 +334,7 @@ TEST_CASE("RaysPassThroughTheSameCellsWhereverEmptyOnesLie") {
   std::vector<PatchSum> sums;
   for (int i = 0; i < 300; ++i) {
     const auto place = [&] { return 100.0 * random.uniform(); };
-    const Vec3 corner{place(), place(), place()};
-    PatchSum sum;
-    sum.patch = sums.size();
-    sum.points = 16;
-    sum.lowest = corner;
-    sum.highest = corner + Vec3{6, 6, 0};
-    sum.flux_origin = 8.0 * Vec3{std::floor(corner.x / 8.0), std::floor(corner.y / 8.0),
-                                 std::floor(corner.z / 8.0)};
-    sum.area_normal = {0, 0, 36};
-    sum.area = 36.0;
-    sum.flux = 36.0 * (corner.z - sum.flux_origin.z);
-    sums.push_back(sum);
+    sums.push_back(level_patch(sums.size(), {place(), place(), place()}, 6.0));
   }
   const PatchRays rays(sums, 8.0, {}, {});
   std::vector<PatchSum> more = sums;

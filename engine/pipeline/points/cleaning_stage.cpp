@@ -215,8 +215,7 @@ struct SideRule {
     if (by == Orientation::kUp) return vector;
     if (by == Orientation::kViewpoint) return vector - points.positions[i];
     if (by != Orientation::kScanner || !view) return {};
-    const ViewCode code = view_of(points, i, *view);
-    return code.known() ? decode_view(code) : Vec3{};
+    return direction_to_scanner(points, i, *view);
   }
 };
 

@@ -66,10 +66,10 @@ void require_fitting_trajectory(const RunControl& control, const CountedCloud& c
                   format_count(outside) + " of " + format_count(cloud.points_read) +
                   " of them while the scanner's place is unknown",
          .expected = "the place of the scanner whenever points were measured, by the same clock",
-         .advice = "Put the trajectories of all scans into one file, or do without: " +
-                   setting(job, "normals.orientation", "ground")});
+         .advice = "Put the trajectories of all scans into one file, or leave " +
+                   setting_name(job, "input.trajectory") + " out."});
   if (cloud.grid.points() == 0) return;
-  // From an aircraft, a small site is a hundredth of what lies between.
+  // A site is no less than a hundredth of the way to an aircraft above it.
   constexpr double kFar = 200.0;
   const Box points = cloud.grid.bounds();
   const double largest =

@@ -32,8 +32,7 @@ InputStamp stamp_of(const std::string& file, std::size_t blocks);
 
 struct ResolvedJob : Job {
   std::vector<std::string> files;  ///< scans, patterns expanded
-  std::vector<InputStamp>
-      inputs;  ///< scans, poses, trajectory and area, as they were when resolved
+  std::vector<InputStamp> inputs;  ///< scans and other files, as they were when resolved
   bool estimates_normals = false;  ///< false: the normals of the files are used
   std::vector<ScanPose> poses;     ///< of the scans, as the job and the file of poses have them
   std::shared_ptr<const PolygonArea> area;       ///< of input.crop_area; null: none
@@ -55,8 +54,8 @@ struct ResolvedJob : Job {
 };
 
 /// Looks at the inputs; `files`: the job's scans, patterns expanded. Throws Error (bad input) where
-/// a scan is a pipe, one cannot be opened to see whether it has normals, or the poses or
-/// the trajectory cannot be read; Error (usage) where two keys say where the scanner was.
+/// a scan is a pipe, one cannot be opened to see whether it has normals, or the poses or the
+/// trajectory cannot be read; Error (usage) where two keys say where the scanner was.
 ResolvedJob resolve(const Job& job, std::vector<std::string> files);
 
 /// The inputs as they are now.
