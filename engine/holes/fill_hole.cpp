@@ -100,7 +100,16 @@ HolePatch left_open_as_guess() {
       OpenReason::kTooWide);
 }
 
+constexpr const char* kCrosses = "the patch crosses the surface";
 constexpr const char* kFoldsBack = "the patch folds back over the surface around it";
+
+/// What the reason of a patch that closes its loop tells of the method that failed first. The fault
+/// of a patch that was tried is not one of the patch that was taken.
+std::string told_of_first(const std::string& fault) {
+  constexpr std::string_view kThePatch = "the patch ";
+  if (fault != kCrosses && fault != kFoldsBack) return fault;
+  return "the first patch that was tried " + fault.substr(kThePatch.size());
+}
 
 /// What is told of a patch that closes its loop and folds back; empty of others.
 std::string_view fault_of_folds(const HoleProblem& problem, const PatchOptions& options,
@@ -152,7 +161,7 @@ class Attempts {
       has_crossed_ = true;
       const std::uint64_t avoidable = piercings().count_avoidable(patch, contacts);
       tangled_.push_back({std::move(contacts), avoidable, std::move(patch)});
-      fails("the patch crosses the surface");
+      fails(kCrosses);
       return avoidable == 0;
     }
     if (!fault_of_folds(problem_, options_, patch).empty()) {
@@ -279,9 +288,10 @@ class Attempts {
     give_values(problem_, best_);
     judge(problem_, options_, best_);
     if (fewest_contacts_ == 0) {
-      best_.reason = joined(first_fault_, best_.reason);
-      if (first_fault_ != kFoldsBack)
-        best_.reason = joined(best_.reason, fault_of_folds(problem_, options_, best_));
+      const std::string_view fold = fault_of_folds(problem_, options_, best_);
+      const bool is_told = first_fault_ == kFoldsBack && !fold.empty();
+      best_.reason = joined(is_told ? first_fault_ : told_of_first(first_fault_), best_.reason);
+      if (!is_told) best_.reason = joined(best_.reason, fold);
       return std::move(best_);
     }
     if (!options_.allow_intersections)

@@ -403,6 +403,8 @@ TEST_CASE("PatchMovesOutOfTheWayOfWhatSticksOut") {
   const HolePatch filled = fill_hole(problem);
   CHECK(filled.method == FillMethod::kPlane);
   CHECK(count_intersections(problem, filled) == 0);
+  // The reason does not say of the patch that was taken what was true of one before.
+  CHECK(filled.reason == "the first patch that was tried crosses the surface");
 }
 
 TEST_CASE("WhatTheLoopsOwnEdgesMeetIsNotSearchedAWayAround") {
