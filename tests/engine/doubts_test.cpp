@@ -588,6 +588,35 @@ TEST_CASE("TwoLayersThatCleaningMergesAreWarnedOf") {
   CHECK_FALSE(warns(noisy_torus(20000, 0.6, 3)));
 }
 
+TEST_CASE("TwoLayersThatNothingMergesAreWarnedOf") {
+  // A sheet, and a second scan of a sixth of it that rises up to a spacing and a half above it.
+  // Most places are thin layers, so that nothing is cleaned, whether that is asked for or not.
+  ScratchDirectory scratch;
+  const auto sheets = [](double height) {
+    constexpr double kSpacing = 1.0 / 128.0;
+    NamedCloud named;
+    Random random(5);
+    for (int i = 0; i < 128; ++i)
+      for (int j = 0; j < 128; ++j)
+        for (int scan = 0; scan < (6 * i < 128 ? 2 : 1); ++scan) {
+          const double x = i + 0.4 * random.uniform(), y = j + 0.4 * random.uniform();
+          named.cloud.positions.push_back(kSpacing * Vec3{x, y, scan * height * j / 128.0});
+        }
+    named.ball_radius = 1.5 * kSpacing;
+    put_in_order(named.cloud);
+    return named;
+  };
+  for (const bool automatic : {true, false}) {
+    Job job = job_without_fill(scratch, sheets(1.5));
+    job.cleaning.automatic = automatic;
+    CAPTURE(automatic);
+    CHECK(warns_of(job, "and the mesh follows both"));
+    CHECK_FALSE(warns_of(job, "cleaning makes one of them"));
+    job = job_without_fill(scratch, sheets(0.0));
+    CHECK_FALSE(warns_of(job, "in two layers"));
+  }
+}
+
 TEST_CASE("PointsThatComeTwiceAreWarnedOf") {
   ScratchDirectory scratch;
   NamedCloud twice = without_normals(noisy_torus(20000, 0.1, 3));

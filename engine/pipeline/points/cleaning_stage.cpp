@@ -65,21 +65,34 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
 /// Doubt is worth a warning where it is about so many places. (Real scans: under 2 %.)
 constexpr double kManyPlaces = 0.2;
 
-/// Two sheets that smoothing makes one of. Where nothing is smoothed, thick layers are warned of.
+/// Two sheets that smoothing makes one of, or that the mesh follows both. Where layers are thick on
+/// the whole and nothing acts on that, describe_layers() warns of them.
 void warn_of_double_layers(StageRunner& runner, const Partition& scans,
                            const CleaningFacts& facts) {
   const LayerThickness& layers = scans.layers;
-  if (layers.double_share < kManyPlaces || !(facts.options.smooth_radius > 0.0)) return;
+  if (layers.double_share < kManyPlaces) return;
+  const bool smooths = facts.options.smooth_radius > 0.0;
+  if (!smooths && layers.is_thick()) return;
   const Length gap = readable_length(layers.gap, meters_per_unit(runner.job, scans));
-  const std::string what = "the points lie in two layers about " + short_text(gap.value) +
-                           gap.unit + " apart at " + format_percent(layers.double_share) +
-                           " of the places, and cleaning makes one of them: right where scans do "
-                           "not lie on each other, wrong for the two sides of a plate";
-  runner.say_of_points({.shown = what,
-                        .full = what + "; of a plate, take " +
-                                setting(runner.job, "cleaning.auto", "false") +
-                                " and no other smoothing; of scans, register them better",
-                        .is_warning = true});
+  const std::string where = "the points lie in two layers about " + short_text(gap.value) +
+                            gap.unit + " apart at " + format_percent(layers.double_share) +
+                            " of the places, and ";
+  const std::string part = facts.is_local
+                               ? " at the " + format_percent(1.0 - facts.untouched_share) +
+                                     " of the places that it smooths"
+                               : "";
+  const std::string what =
+      smooths ? where + "cleaning makes one of them" + part +
+                    ": right where scans do not lie on each other, wrong for the two sides of a "
+                    "plate"
+              : where +
+                    "the mesh follows both: right for the two sides of a plate, wrong where scans "
+                    "do not lie on each other";
+  const std::string advice = smooths ? "; of a plate, take " +
+                                           setting(runner.job, "cleaning.auto", "false") +
+                                           " and no other smoothing; of scans, register them better"
+                                     : "; of scans, register them better";
+  runner.say_of_points({.shown = what, .full = what + advice, .is_warning = true});
 }
 
 /// The same points twice, with a little between them, are no noise, and no even surface either.
@@ -474,13 +487,14 @@ CutPoints partition_cleaned(StageRunner& runner) {
   RawCloud cloud = raw_cloud(runner, std::move(raw.partition));
   warn_of_steps(runner, cloud.partition);
   CleaningFacts facts = describe_layers(runner, cloud.partition);
-  warn_of_double_layers(runner, cloud.partition, facts);
   warn_of_twins(runner, cloud.partition, facts);
   check_smoothing(runner.job, facts);
   check_side(runner.job, cloud.partition.points_without_view);
   NormalFacts normals;
   normals.source = NormalSource::kFile;
   const LocalCleaning local = local_cleaning(runner, cloud, facts);
+  // Place by place, layers may turn out to be thin: nothing is smoothed then.
+  warn_of_double_layers(runner, cloud.partition, facts);
   if (runner.job.output.vertex_quality)
     run_pass(runner, quality_pass(cloud, local, normal_origin(runner, cloud), runner.stop), cloud);
   drop_and_merge(runner, facts.options, local, cloud);
@@ -524,6 +538,7 @@ CutPoints partition_scans(StageRunner& runner) {
     CutPoints cut = cut_and_sort(scans_as_input(runner, kFinalCut), runner);
     warn_of_steps(runner, cut.partition);
     cut.partition.cleaning = describe_layers(runner, cut.partition);
+    warn_of_double_layers(runner, cut.partition, cut.partition.cleaning);
     warn_of_twins(runner, cut.partition, cut.partition.cleaning);
     cut.partition.normals.source = NormalSource::kFile;
     return cut;
