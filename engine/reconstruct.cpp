@@ -123,9 +123,8 @@ Spacing measure(std::span<const Vec3> positions, const PointCounts& counts, bool
   require_few_decades(sampler.sites(), "");
   const SearchedSites sites(sampler.sites(), options.stop);
   const auto neighbors = static_cast<std::size_t>(options.normals.neighbors);
-  const SampledNeighbors sample(
-      sites, std::max(neighbors_for_radii(options.levels), for_normals ? neighbors : 0),
-      options.stop);
+  const SampledNeighbors sample(sites, std::max(neighbors_for_radii(), for_normals ? neighbors : 0),
+                                options.stop);
   spacing.choice = choose_radii(sample, sampler.cloud_points(), options.levels, options.stop);
   if (!for_normals) return spacing;
   spacing.normal_radius = normal_radius(

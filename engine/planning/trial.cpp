@@ -117,7 +117,7 @@ std::vector<double> chosen_radii(const PointCloud& cloud, const TrialOptions& op
   const SpacingSite whole{everything, everything, cloud.positions};
   const SearchedSites sites(std::span(&whole, 1), options.stop);
   std::vector<double> radii =
-      choose_radii(SampledNeighbors(sites, neighbors_for_radii(0), options.stop), cloud.size(), 0,
+      choose_radii(SampledNeighbors(sites, neighbors_for_radii(), options.stop), cloud.size(), 0,
                    options.stop)
           .radii;
   while (!radii.empty() && radii.size() < kMostRadii && radii.back() < options.least_last_radius)

@@ -127,24 +127,32 @@ double quantile(const std::vector<Measured>& sorted, std::size_t percent) {
   return sorted[(sorted.size() - 1) * percent / 100].mean;
 }
 
-/// What the largest ball must span: all but a fiftieth of the points and all but a tenth of the
-/// surface. (A part a hundred times sparser than the rest holds hardly any points. A tree's leaves
-/// take up much room, and are no surface.)
-double sparse_spacing(const std::vector<Measured>& measured) {
-  const double median = quantile(measured, 50);
-  const double far = kFarthestPerMedian * median;
+/// The farthest that a point may be from its neighbours without being a stray.
+double farthest(const std::vector<Measured>& measured) {
+  return kFarthestPerMedian * quantile(measured, 50);
+}
+
+/// What a ball must span for all but a tenth of the surface. (A part a hundred times sparser than
+/// the rest holds hardly any points. A tree's leaves take up much room, and are no surface.)
+double spacing_by_area(const std::vector<Measured>& measured) {
+  const double far = farthest(measured);
   const auto counts = [&](const Measured& m) { return m.on_surface && m.mean <= far; };
   double area = 0.0, below = 0.0;
   for (const Measured& m : measured)
     if (counts(m)) area += m.mean * m.mean;
-  double by_area = median;
+  double by_area = quantile(measured, 50);
   for (const Measured& m : measured) {
     if (!counts(m)) continue;
     below += m.mean * m.mean;
     if (below > 0.9 * area) break;
     by_area = m.mean;
   }
-  return std::max(by_area, std::min(far, quantile(measured, 98)));
+  return by_area;
+}
+
+/// What the largest ball must span: all but a fiftieth of the points as well.
+double sparse_spacing(const std::vector<Measured>& measured) {
+  return std::max(spacing_by_area(measured), std::min(farthest(measured), quantile(measured, 98)));
 }
 
 /// How far a point lies off the plane that fits other points best.
@@ -221,7 +229,7 @@ std::string reason_of(const RadiiChoice& choice, const std::vector<Measured>& me
 
 }  // namespace
 
-std::size_t neighbors_for_radii(int levels) { return levels == 0 ? kSurfaceNeighbors : kNeighbors; }
+std::size_t neighbors_for_radii() { return kSurfaceNeighbors; }
 
 std::vector<double> neighbor_distances(const SampledNeighbors& sample, std::size_t neighbors,
                                        const StopToken* stop) {
@@ -237,7 +245,7 @@ RadiiChoice choose_radii(const SampledNeighbors& sample, std::uint64_t points, i
   RadiiChoice choice;
   const std::vector<LinePlace> lines = find_scan_lines(sample, stop);
   const std::vector<Measured> measured =
-      lines.empty() ? measure_somewhere(sample, {.judges_surface = by_density, .stop = stop})
+      lines.empty() ? measure_somewhere(sample, {.judges_surface = true, .stop = stop})
                     : measure_lines(sample, lines);
   if (measured.empty()) {
     choice.reason = points < 2 ? "there are fewer than two points"
@@ -253,6 +261,7 @@ RadiiChoice choose_radii(const SampledNeighbors& sample, std::uint64_t points, i
     ball_radius *= kRadiusGrowth;
   }
   choice.reason = reason_of(choice, measured, points, !lines.empty());
+  choice.spacing_by_area = spacing_by_area(measured);
   if (!by_density) return choice;
   choice.reason += density_reason(measured, levels);
   constexpr int kManyLevels = 3;

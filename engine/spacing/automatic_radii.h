@@ -26,6 +26,8 @@ struct RadiiChoice {
   std::vector<double> radii;  ///< ascending, world units; empty where no radius makes sense
   double spacing = 0.0;       ///< typical distance between neighbours, world units
   std::string reason;         ///< a sentence for the reader, with the numbers
+  /// The same distance in the sparse parts: all but a tenth of the surface has a smaller one.
+  double spacing_by_area = 0.0;
   /// Of the points that are sparser by two steps of growth or more: how far they lie off the plane
   /// of their neighbours, in mean distances to these, the median. Leaves of trees reach 0.3, strays
   /// around an object lie above 0.4. 0 where such points are few, or are not asked for.
@@ -47,7 +49,7 @@ inline constexpr double kRadiusGrowth = 1.5;
 inline constexpr double kMostSpacingsPerRadius = 64.0;
 
 /// Neighbours that a sample has to have for choose_radii.
-std::size_t neighbors_for_radii(int levels);
+std::size_t neighbors_for_radii();
 
 /// Mean distance to the `neighbors` nearest neighbours of every point measured (see choose_radii),
 /// ascending. The sample has at least so many. Runs on the calling TBB arena.

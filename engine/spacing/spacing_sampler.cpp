@@ -217,8 +217,8 @@ void SpacingSampler::merge_duplicates(const StopToken* stop) {
 
 RadiiChoice SpacingSampler::choose(int levels, const StopToken* stop) const {
   const SearchedSites sites(state_->sites, stop);
-  return choose_radii(SampledNeighbors(sites, neighbors_for_radii(levels), stop), state_->points,
-                      levels, stop);
+  return choose_radii(SampledNeighbors(sites, neighbors_for_radii(), stop), state_->points, levels,
+                      stop);
 }
 
 std::span<const SpacingSite> SpacingSampler::sites() const { return state_->sites; }

@@ -252,7 +252,7 @@ TEST_CASE("OfASiteWithMillionsOfPointsAPartIsMeasuredLikeTheWhole", "[costly]") 
   const std::vector<SpacingSite> site{{box, box, points}};
   const SearchedSites searched(site);
   const RadiiChoice whole =
-      choose_radii(SampledNeighbors(searched, neighbors_for_radii(1)), kPoints, 1);
+      choose_radii(SampledNeighbors(searched, neighbors_for_radii()), kPoints, 1);
   const auto choice_of = [&](const std::vector<Vec3>& in_order) {
     SpacingSampler sampler(std::vector<SpacingSite>{{box, box, in_order}}, kPoints);
     const StopToken stop;

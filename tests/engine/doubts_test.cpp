@@ -617,6 +617,42 @@ TEST_CASE("TwoLayersThatNothingMergesAreWarnedOf") {
   }
 }
 
+TEST_CASE("LevelsThatDoNotReachTheSparsePartAreWarnedOf") {
+  // Half of a sheet has a twentieth of the points of the other half.
+  ScratchDirectory scratch;
+  const auto sheet = [](int sparser) {
+    NamedCloud named;
+    Random random(7);
+    for (int half = 0; half < 2; ++half) {
+      const int along = half == 0 ? 128 : 128 / sparser;
+      for (int i = 0; i < along / 2; ++i)
+        for (int j = 0; j < along; ++j) {
+          const double x = (i + 0.4 * random.uniform()) / along;
+          named.cloud.positions.push_back(
+              {x + 0.5 * half, (j + 0.4 * random.uniform()) / along, 0.0});
+        }
+    }
+    named.ball_radius = 1.5 / 128.0;
+    put_in_order(named.cloud);
+    return named;
+  };
+  const auto job_of = [&](int sparser, int levels) {
+    Job job = job_without_fill(scratch, sheet(sparser));
+    job.reconstruct.ball_radii = {};
+    job.reconstruct.levels = levels;
+    return job;
+  };
+  const std::string what = "it may stay open; reconstruct.levels";
+  CHECK(warns_of(job_of(5, 2), what));
+  CHECK(doubts(job_of(5, 2), what));
+  CHECK_FALSE(warns_of(job_of(5, 0), what));
+  CHECK_FALSE(warns_of(job_of(1, 2), what));
+  // Radii that are given are as they are wanted.
+  Job given = job_of(5, 2);
+  given.reconstruct.ball_radii = {1.5 / 128.0};
+  CHECK_FALSE(warns_of(given, what));
+}
+
 TEST_CASE("PointsThatComeTwiceAreWarnedOf") {
   ScratchDirectory scratch;
   NamedCloud twice = without_normals(noisy_torus(20000, 0.1, 3));

@@ -63,7 +63,7 @@ std::vector<NamedWork> works(const test::NamedCloud& named, const ChunkPoints& c
          const Box all = {{-9.0, -9.0, -9.0}, {9.0, 9.0, 9.0}};
          const std::vector whole{SpacingSite{all, all, positions}};
          const SearchedSites sites(whole, stop);
-         choose_radii(SampledNeighbors(sites, neighbors_for_radii(1), stop), kPoints, 1, stop);
+         choose_radii(SampledNeighbors(sites, neighbors_for_radii(), stop), kPoints, 1, stop);
        }},
       {"layers",
        [&positions](const StopToken* stop) {

@@ -59,13 +59,14 @@ Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunCon
   const int levels = control.job.reconstruct.levels;
   const bool for_normals = input.are_scans && control.job.needs_cleaning_or_normals();
   const auto neighbors = static_cast<std::size_t>(control.job.normals.neighbors);
-  const SampledNeighbors sample(
-      sites, std::max(neighbors_for_radii(levels), for_normals ? neighbors : 0), &control.stop);
+  const SampledNeighbors sample(sites, std::max(neighbors_for_radii(), for_normals ? neighbors : 0),
+                                &control.stop);
   const RadiiChoice choice = choose_radii(sample, sampler.cloud_points(), levels, &control.stop);
   Partition measured;
   measured.spacing = choice.spacing;
   measured.automatic_radii = choice.radii;
   measured.radii_reason = choice.reason;
+  measured.spacing_by_area = choice.spacing_by_area;
   measured.sparse_offset = choice.sparse_offset;
   measured.line_neighbors = choice.line_neighbors;
   if (!input.are_scans) return measured;

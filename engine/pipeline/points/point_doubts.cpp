@@ -5,7 +5,10 @@
 #include <optional>
 #include <utility>
 
+#include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/scan_units.h"
+#include "engine/spacing/automatic_radii.h"
+#include "engine/spacing/site_points.h"
 #include "io/job/setting.h"
 #include "io/points/coordinate_system.h"
 #include "io/points/coordinate_system_file.h"
@@ -96,6 +99,27 @@ std::string objection_to_side(const ResolvedJob& job, const Partition& partition
          setting(job, "normals.source", "estimate");
 }
 
+/// Balls of a given number of levels that are too small for a tenth of the surface: it falls apart
+/// there, and what is left of it has borders that look like those of open sheets.
+std::string objection_to_levels(const ResolvedJob& job, const Partition& partition) {
+  const ReconstructOptions& options = job.reconstruct;
+  if (is_in_core(options.method) || options.levels == 0 || !options.ball_radii.empty()) return {};
+  if (partition.automatic_radii.empty()) return {};
+  const double largest = partition.automatic_radii.back();
+  // Balls of two thirds of the distance to the nearest neighbours lose half of an even surface.
+  if (!(partition.spacing_by_area > kRadiusGrowth * largest)) return {};
+  const double unit = meters_per_unit(job, partition);
+  const auto length = [&](double value) {
+    const Length shown = readable_length(value, unit);
+    return short_text(shown.value) + shown.unit;
+  };
+  return "a tenth of the surface or more has points " + length(partition.spacing_by_area) +
+         " or farther from their neighbours, and the largest ball radius is " + length(largest) +
+         " by " + setting(job, "reconstruct.levels", std::to_string(options.levels)) +
+         ": it may stay open; " + setting(job, "reconstruct.levels", "auto") +
+         " takes larger radii as well";
+}
+
 /// What is wrong with the coordinate system that the scans name, as far as that can be known.
 std::vector<std::string> objections_to_system(const Partition& partition) {
   const std::string& system = partition.coordinate_system;
@@ -120,6 +144,7 @@ std::vector<std::string> objections_to_points(const ResolvedJob& job, const Part
     objections.push_back(std::move(objection));
   objections.push_back(objection_to_degrees(partition));
   objections.push_back(objection_to_side(job, partition));
+  objections.push_back(objection_to_levels(job, partition));
   std::erase(objections, "");
   return objections;
 }

@@ -181,6 +181,7 @@ std::string partition_to_json(const Partition& partition) {
       {"coordinate_system", partition.coordinate_system},
       {"has_wide_colors", partition.has_wide_colors},
   };
+  if (partition.spacing_by_area > 0.0) document["spacing_by_area"] = partition.spacing_by_area;
   if (partition.sparse_offset > 0.0) document["sparse_offset"] = partition.sparse_offset;
   if (partition.line_neighbors > 0) document["line_neighbors"] = partition.line_neighbors;
   if (partition.coordinate_step > 0.0) document["coordinate_step"] = partition.coordinate_step;
@@ -214,6 +215,7 @@ Partition partition_from_json(const std::string& text) {
   partition.normals = normals_from(document.at("normals"));
   partition.coordinate_system = document.at("coordinate_system");
   partition.has_wide_colors = document.at("has_wide_colors");
+  partition.spacing_by_area = document.value("spacing_by_area", 0.0);
   partition.sparse_offset = document.value("sparse_offset", 0.0);
   partition.line_neighbors = document.value("line_neighbors", std::size_t{0});
   partition.coordinate_step = document.value("coordinate_step", 0.0);

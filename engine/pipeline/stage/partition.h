@@ -26,6 +26,7 @@ struct Partition {
   double spacing = 0.0;  ///< robust nearest-neighbour spacing; 0: unknown
   std::vector<double> automatic_radii;
   std::string radii_reason;
+  double spacing_by_area = 0.0;    ///< RadiiChoice::spacing_by_area; 0: not measured
   double sparse_offset = 0.0;      ///< of the points that automatic radii grow for (RadiiChoice)
   std::size_t line_neighbors = 0;  ///< RadiiChoice::line_neighbors
   LayerThickness layers;           ///< of the scans as they came; not measured elsewhere
