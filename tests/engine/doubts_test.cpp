@@ -653,6 +653,34 @@ TEST_CASE("LevelsThatDoNotReachTheSparsePartAreWarnedOf") {
   CHECK_FALSE(warns_of(given, what));
 }
 
+TEST_CASE("NotesTellOfASmallPartWhoseSideIsAGuess") {
+  // A board stands apart from the ground, with 3 % of the surface.
+  ScratchDirectory scratch;
+  const auto boards_of = [&](int along) {
+    NamedCloud named;
+    Random random(9);
+    const auto jitter = [&] { return 0.2 * random.uniform(); };
+    for (int i = 0; i < 100; ++i)
+      for (int j = 0; j < 100; ++j)
+        named.cloud.positions.push_back({i + jitter(), j + jitter(), 0.1 * jitter()});
+    for (int i = 0; i < along; ++i)
+      for (int j = 0; j < along; ++j)
+        named.cloud.positions.push_back({150.0 + 0.1 * jitter(), i + jitter(), j + jitter()});
+    put_in_order(named.cloud);
+    return run(job_without_fill(scratch, named));
+  };
+  const std::string what = "the side of the normals is a guess on ";
+  const auto tells = [&](const std::vector<std::string>& texts) {
+    return std::ranges::any_of(
+        texts, [&](const std::string& text) { return text.find(what) != std::string::npos; });
+  };
+  const RunReport small = boards_of(18), large = boards_of(40), none = boards_of(0);
+  CHECK(tells(small.notes));
+  CHECK_FALSE(tells(small.warnings));
+  CHECK(tells(large.warnings));
+  CHECK_FALSE(tells(none.notes));
+}
+
 TEST_CASE("PointsThatComeTwiceAreWarnedOf") {
   ScratchDirectory scratch;
   NamedCloud twice = without_normals(noisy_torus(20000, 0.1, 3));

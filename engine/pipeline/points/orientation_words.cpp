@@ -81,8 +81,10 @@ void warn_of_contested(StageRunner& runner, const NormalFacts& normals) {
        .is_warning = true});
 }
 
-void warn_of_doubtful(StageRunner& runner, const NormalFacts& normals) {
-  if (normals.doubtful.empty() || normals.doubtful_area < kMuch) return;
+/// Of little of the surface the report's notes tell.
+void tell_of_doubtful(StageRunner& runner, const NormalFacts& normals) {
+  constexpr double kNoted = 0.02;
+  if (normals.doubtful.empty() || normals.doubtful_area < kNoted) return;
   std::string parts;
   for (const DoubtfulFacts& part : normals.doubtful)
     parts += (parts.empty() ? "" : "; ") + format_percent(part.area) + " near " +
@@ -95,7 +97,7 @@ void warn_of_doubtful(StageRunner& runner, const NormalFacts& normals) {
                         .full = what + ". The largest parts of it: " + parts + ". " +
                                 advice_on_orientation(runner.job, normals.orientation) +
                                 advice_on_interiors(runner.job, normals.orientation),
-                        .is_warning = true});
+                        .is_warning = normals.doubtful_area >= kMuch});
 }
 
 }  // namespace
@@ -150,7 +152,7 @@ std::string describe_normals(const NormalFacts& normals) {
 
 void warn_of_orientation(StageRunner& runner, const NormalFacts& normals) {
   warn_of_contested(runner, normals);
-  warn_of_doubtful(runner, normals);
+  tell_of_doubtful(runner, normals);
 }
 
 }  // namespace orbweave
