@@ -610,7 +610,7 @@ TEST_CASE("TwoLayersThatNothingMergesAreWarnedOf") {
     Job job = job_without_fill(scratch, sheets(1.5));
     job.cleaning.automatic = automatic;
     CAPTURE(automatic);
-    CHECK(warns_of(job, "and the mesh follows both"));
+    CHECK(warns_of(job, "and no smoothing makes one of them"));
     CHECK_FALSE(warns_of(job, "cleaning makes one of them"));
     job = job_without_fill(scratch, sheets(0.0));
     CHECK_FALSE(warns_of(job, "in two layers"));

@@ -65,7 +65,7 @@ CleaningFacts describe_layers(StageRunner& runner, const Partition& scans) {
 /// Doubt is worth a warning where it is about so many places. (Real scans: under 2 %.)
 constexpr double kManyPlaces = 0.2;
 
-/// Two sheets that smoothing makes one of, or that the mesh follows both. Where layers are thick on
+/// Two sheets that smoothing makes one of, or leaves apart. Where layers are thick on
 /// the whole and nothing acts on that, describe_layers() warns of them.
 void warn_of_double_layers(StageRunner& runner, const Partition& scans,
                            const CleaningFacts& facts) {
@@ -86,7 +86,8 @@ void warn_of_double_layers(StageRunner& runner, const Partition& scans,
                     ": right where scans do not lie on each other, wrong for the two sides of a "
                     "plate"
               : where +
-                    "the mesh follows both: right for the two sides of a plate, wrong where scans "
+                    "no smoothing makes one of them: right for the two sides of a plate, wrong "
+                    "where scans "
                     "do not lie on each other";
   const std::string advice = smooths ? "; of a plate, take " +
                                            setting(runner.job, "cleaning.auto", "false") +
