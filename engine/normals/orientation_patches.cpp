@@ -4,6 +4,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -12,6 +13,7 @@
 #include <tuple>
 
 #include "engine/geometry/neighbor_search.h"
+#include "engine/geometry/symmetric_eigen.h"
 #include "engine/normals/orientation.h"
 #include "engine/normals/orientation_graph.h"
 #include "engine/normals/orientation_vote.h"
@@ -191,11 +193,12 @@ class Patches {
   /// Of the points of all cells asked for, which are then done.
   void find_neighbors() {
     const auto blocks = static_cast<std::uint32_t>((positions_.size() + kBlock - 1) / kBlock);
-    tbb::enumerable_thread_specific<NeighborSearch::Query> queries;
+    tbb::enumerable_thread_specific<std::array<NeighborSearch::Query, 2>> queries;
     using Range = tbb::blocked_range<std::uint32_t>;
     tbb::parallel_for(Range(0, blocks, 32), [&](const Range& range) {
-      NeighborSearch::Query& query = queries.local();
-      for (std::uint32_t b = range.begin(); b < range.end(); ++b) neighbors_of_block(b, query);
+      auto& [query, wider] = queries.local();
+      for (std::uint32_t b = range.begin(); b < range.end(); ++b)
+        neighbors_of_block(b, query, wider);
     });
     for (std::uint8_t& state : state_)
       if (state == kAsked) state = kDone;
@@ -222,7 +225,33 @@ class Patches {
     return chosen;
   }
 
-  void neighbors_of_block(std::uint32_t block, NeighborSearch::Query& query) {
+  /// Deviations of 1:10, squared: as where normals ask for more neighbours (estimate_normals.cpp).
+  bool is_row(std::span<const std::uint32_t> found, std::uint32_t i) const {
+    constexpr double kNearlyALine = 1e-2;
+    Vec3 center;
+    for (const std::uint32_t n : found) center = center + (positions_[n] - positions_[i]);
+    center = center / static_cast<double>(found.size());
+    SymmetricMatrix spread;
+    for (const std::uint32_t n : found) spread += outer(positions_[n] - positions_[i] - center);
+    const SymmetricEigen eigen = eigen_of(spread);
+    return eigen.values[1] <= kNearlyALine * eigen.values[2];
+  }
+
+  /// Asks for more neighbours where all that are found lie nearly on a line: those of a ring around
+  /// the axis of a scanner are joined to no other ring otherwise, and each takes its own side.
+  /// False where the wider search finds nothing but the line, or the line ends within the radius.
+  bool look_beside_row(std::uint32_t i, std::size_t among, NeighborSearch::Query& wider) const {
+    constexpr std::size_t kMostEnlarged = 16;
+    for (std::size_t count = 2 * among; count <= kMostEnlarged * among; count *= 2) {
+      wider.find(search_, i, i + 1, count, squared_reach(options_.max_radius));
+      if (!is_row(wider.of(i), i)) return true;
+      if (wider.of(i).size() < count) return false;
+    }
+    return false;
+  }
+
+  void neighbors_of_block(std::uint32_t block, NeighborSearch::Query& query,
+                          NeighborSearch::Query& wider) {
     if (block % (kStopBlock / kBlock) == 0) check_stop(options_.stop);
     std::uint32_t first = block * kBlock;
     std::uint32_t last = std::min(first + kBlock, search_.size());
@@ -234,11 +263,14 @@ class Patches {
     Voters scratch;
     for (std::uint32_t i = first; i < last; ++i) {
       if (!asked(i)) continue;
+      const bool is_wider =
+          query.of(i).size() == among && is_row(query.of(i), i) && look_beside_row(i, among, wider);
+      const NeighborSearch::Query& found = is_wider ? wider : query;
       double farthest = 0.0;
-      for (const double squared : query.squared_of(i)) farthest = std::max(farthest, squared);
-      const auto chosen = voters(query.of(i), query.squared_of(i), scratch);
-      if (chosen.size() < query.of(i).size())
-        farthest *= static_cast<double>(chosen.size()) / static_cast<double>(query.of(i).size());
+      for (const double squared : found.squared_of(i)) farthest = std::max(farthest, squared);
+      const auto chosen = voters(found.of(i), found.squared_of(i), scratch);
+      if (chosen.size() < found.of(i).size())
+        farthest *= static_cast<double>(chosen.size()) / static_cast<double>(found.of(i).size());
       radius_[i] = std::sqrt(farthest);
       std::uint32_t* const row = neighbors_.get() + i * options_.neighbors;
       for (const std::uint32_t n : chosen)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <numbers>
 #include <vector>
 
 #include <catch2/catch.hpp>
@@ -330,6 +331,30 @@ TEST_CASE("NeighboursOfFarLinesVoteWhereTheNearestAreAllOfOneLine") {
   CHECK(facing_up() == static_cast<std::ptrdiff_t>(cloud.size()));
   const OrientedPatches joined = patches_of(lines, options);
   CHECK(orient_patch_graph(joined.sums, joined.votes, {}).components == 1);
+}
+
+TEST_CASE("RingsAroundTheAxisOfAScannerTakeTheSideOfTheSurface") {
+  // Parallels and meridians of a ball, two degrees apart: near the poles the points of a ring are
+  // so close together that the nearest neighbours are all of that ring.
+  constexpr int kAlong = 180, kRings = 90;
+  PointCloud ball;
+  for (int ring = 1; ring < kRings; ++ring)
+    for (int i = 0; i < kAlong; ++i) {
+      const double latitude = std::numbers::pi * (1.0 * ring / kRings - 0.5);
+      const double longitude = 2.0 * std::numbers::pi * i / kAlong;
+      ball.positions.push_back({std::cos(latitude) * std::cos(longitude),
+                                std::cos(latitude) * std::sin(longitude), std::sin(latitude)});
+    }
+  test::put_in_order(ball);
+  Unoriented rings{ball.positions, {}, {}};
+  for (const Vec3& p : ball.positions) {
+    rings.normals.push_back(p.x + 0.3 * p.y > 0.1 * p.z ? p : -p);
+    rings.global.push_back(rings.global.size());
+  }
+  const OrientationOptions options{.cell = 0.25, .max_radius = 0.2};
+  const std::vector<Vec3> normals = oriented_normals(rings, options);
+  for (std::size_t i = 0; i < normals.size(); ++i)
+    REQUIRE(dot(normals[i], ball.positions[i]) > 0.0);
 }
 
 TEST_CASE("VotesAreJoinedFromTheSurestDown") {
