@@ -81,7 +81,7 @@ def measure(options, work, scene, rule):
             "standing_up": round(standing_share, 5), "contested": normals["contested_patches"],
             "patches": normals["patches"], "ground_patches": normals.get("ground_patches"),
             "ground_patches_down": normals.get("ground_patches_down"),
-            "warned": any("the side of the normals is" in note for note in report["notes"])}
+            "warned": any("the side of the normals is" in text for text in report["warnings"])}
 
 
 def main():

@@ -165,7 +165,7 @@ def measure(options, work, name, cloud, rule):
     report = result["report"]
     normals = report["normals"]
     right = share_right(mesh, cloud)
-    warned = any(WARNING in note for note in report["notes"])
+    warned = any(WARNING in text for text in report["warnings"])
     return {"case": name, "rule": rule, "points": len(points), "right": round(right, 4), "warned": warned,
             "patches": normals["patches"], "contested": normals["contested_patches"],
             "components": normals["components"], "contested_area": normals.get("contested_area"), "interiors": normals.get("interior_components"),
