@@ -233,6 +233,13 @@ class Patches {
     center = center / static_cast<double>(found.size());
     SymmetricMatrix spread;
     for (const std::uint32_t n : found) spread += outer(positions_[n] - positions_[i] - center);
+    // Of a row, the products of two eigenvalues each are together below 2.01e-2 of the squared sum.
+    // Few points are left to look at.
+    constexpr double kMostOfRow = 2.1 * kNearlyALine;
+    const double sum = spread.xx + spread.yy + spread.zz;
+    const double products = spread.xx * spread.yy - spread.xy * spread.xy + spread.xx * spread.zz -
+                            spread.xz * spread.xz + spread.yy * spread.zz - spread.yz * spread.yz;
+    if (products > kMostOfRow * sum * sum) return false;
     const SymmetricEigen eigen = eigen_of(spread);
     return eigen.values[1] <= kNearlyALine * eigen.values[2];
   }
