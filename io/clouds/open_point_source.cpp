@@ -111,6 +111,19 @@ void check_scan_name(const std::filesystem::path& path) {
 
 namespace {
 
+TextKind kind_of(FileFormat format) {
+  switch (format) {
+    case FileFormat::kPts:
+      return TextKind::kPts;
+    case FileFormat::kXyzn:
+      return TextKind::kNormals;
+    case FileFormat::kXyzrgb:
+      return TextKind::kColors;
+    default:
+      return TextKind::kAny;
+  }
+}
+
 std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
                                          const PointSourceOptions& options) {
   const bool is_stream = path == "-";
@@ -147,7 +160,7 @@ std::unique_ptr<PointSource> open_format(const std::filesystem::path& path,
   if (looks_like_ply(reader)) return open_ply_source(std::move(reader));
   if (looks_like_pcd(reader)) return open_pcd_source(std::move(reader));
   if (looks_like_ptx(reader)) return open_ptx_file(path, std::move(reader), options.stop);
-  return open_text_source(std::move(reader), options.text, format == FileFormat::kPts);
+  return open_text_source(std::move(reader), options.text, kind_of(format));
 }
 
 /// A cloud with what lies beside its file: its coordinate system, and the origin that its

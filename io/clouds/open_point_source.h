@@ -17,9 +17,10 @@ struct PointSourceOptions {
   const StopToken* stop = nullptr;
 };
 
-/// Opens any supported cloud by extension (.ply .xyz .txt .csv .pts .ptx .pcd, each also with .gz;
-/// .las .laz .e57) and by content; docs/formats.md says what each reader takes. A mesh file is read
-/// as the cloud of its vertices. A coordinate system (.prj) and a shift of the coordinates
+/// Opens any supported cloud by extension (.ply .xyz .xyzn .xyzrgb .asc .txt .csv .pts .ptx .pcd,
+/// each also with .gz; .las .laz .e57) and by content; docs/formats.md says what each reader takes.
+/// A mesh file is read as the cloud of its vertices. A coordinate system (.prj) and a shift of the
+/// coordinates
 /// (.shift.txt) beside the file belong to it. Throws Error: usage for an unsupported extension (the
 /// message lists those that are), bad input for missing, unreadable and damaged files.
 std::unique_ptr<PointSource> open_point_source(const std::filesystem::path& path,

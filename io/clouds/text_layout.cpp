@@ -145,33 +145,6 @@ void add_three(std::vector<TextColumn>& columns, const std::array<const char*, 3
 constexpr std::array<const char*, 3> kNormal = {"nx", "ny", "nz"};
 constexpr std::array<const char*, 3> kColor = {"red", "green", "blue"};
 
-void guess_columns(const TextSample& sample, TextLayout& layout) {
-  const std::size_t count = fields_of(sample.lines[0], layout.separator).size();
-  const SampleValues values(sample, 0, layout.separator);
-  bool has_normal = false;
-  layout.may_begin_with_grid = values.is_grid_index(0) && values.is_grid_index(1) &&
-                               values.has_decimals(2) && values.has_decimals(3) &&
-                               values.has_decimals(4);
-  std::vector<TextColumn>& columns = layout.columns;
-  add_three(columns, {"x", "y", "z"}, ScalarType::kFloat64);
-  if (sample.is_pts && (count == 4 || count == 7))
-    columns.push_back({"intensity", ScalarType::kFloat32});
-  while (columns.size() < count) {
-    const std::size_t at = columns.size();
-    const bool three_left = at + 3 <= count;
-    if (three_left && !has_normal && values.are_unit_vectors(at)) {
-      add_three(columns, kNormal, ScalarType::kFloat64);
-      has_normal = true;
-    } else if (layout.color_candidates == 0 && values.bytes_from(at) >= kColor.size()) {
-      layout.first_color = at;
-      layout.color_candidates = values.bytes_from(at);
-      add_three(columns, kColor, ScalarType::kUint8);
-    } else {
-      columns.push_back({place_name(at)});
-    }
-  }
-}
-
 /// Named colours have 8 or 16 bits where they are whole numbers of so many; colours from 0 to 1
 /// stay as they are, and so does a column "r" or "a" that has no colours beside it.
 void narrow_colors(const TextSample& sample, TextLayout& layout) {
@@ -199,6 +172,43 @@ void narrow_colors(const TextSample& sample, TextLayout& layout) {
   if (may_be_fractions || largest > kMost16) return;
   for (const std::size_t i : colors)
     layout.columns[i].type = largest <= kMost8 ? ScalarType::kUint8 : ScalarType::kUint16;
+}
+
+void guess_columns(const TextSample& sample, TextLayout& layout) {
+  const std::size_t count = fields_of(sample.lines[0], layout.separator).size();
+  const SampleValues values(sample, 0, layout.separator);
+  bool has_normal = false, has_color = false;
+  layout.may_begin_with_grid = values.is_grid_index(0) && values.is_grid_index(1) &&
+                               values.has_decimals(2) && values.has_decimals(3) &&
+                               values.has_decimals(4);
+  std::vector<TextColumn>& columns = layout.columns;
+  add_three(columns, {"x", "y", "z"}, ScalarType::kFloat64);
+  if (sample.kind == TextKind::kPts && (count == 4 || count == 7))
+    columns.push_back({"intensity", ScalarType::kFloat32});
+  if (sample.kind == TextKind::kNormals && count >= 6) {
+    add_three(columns, kNormal, ScalarType::kFloat64);
+    has_normal = true;
+  }
+  if (sample.kind == TextKind::kColors && count >= 6) {
+    add_three(columns, kColor, ScalarType::kFloat64);
+    narrow_colors(sample, layout);
+    has_color = true;
+  }
+  while (columns.size() < count) {
+    const std::size_t at = columns.size();
+    const bool three_left = at + 3 <= count;
+    if (three_left && !has_normal && values.are_unit_vectors(at)) {
+      add_three(columns, kNormal, ScalarType::kFloat64);
+      has_normal = true;
+    } else if (!has_color && layout.color_candidates == 0 &&
+               values.bytes_from(at) >= kColor.size()) {
+      layout.first_color = at;
+      layout.color_candidates = values.bytes_from(at);
+      add_three(columns, kColor, ScalarType::kUint8);
+    } else {
+      columns.push_back({place_name(at)});
+    }
+  }
 }
 
 /// Position of the first field that is no number; the field count where all are.
@@ -250,6 +260,30 @@ std::string line_place(const TextSample& sample) {
   return "line " + std::to_string(sample.first_line);
 }
 
+/// Whether a line is numbers with decimal commas between commas, 1,5, 2,5, 3,5: every other comma
+/// has a blank behind it, and the others have none.
+bool has_commas_for_both(std::string_view line) {
+  constexpr std::size_t kFewest = 5;  // of three such numbers
+  std::size_t commas = 0;
+  for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+    if (line[i] != ',') continue;
+    const bool ends_number = line[i + 1] == ' ' || line[i + 1] == '\t';
+    if (ends_number != (commas % 2 == 1)) return false;
+    ++commas;
+  }
+  return commas >= kFewest && commas % 2 == 1;
+}
+
+void refuse_commas_for_both(const TextSample& sample) {
+  if (!std::ranges::all_of(sample.lines, has_commas_for_both)) return;
+  throw_bad_input("commas stand within numbers and between numbers",
+                  {.file = sample.file,
+                   .place = line_place(sample),
+                   .found = excerpt(sample.lines[0]),
+                   .expected = "numbers with a decimal point",
+                   .advice = kPointsForCommas});
+}
+
 std::vector<TextColumn> header_columns(const TextSample& sample,
                                        const std::vector<std::string_view>& fields) {
   std::vector<TextColumn> columns = named_columns(fields);
@@ -283,6 +317,7 @@ TextLayout find_text_layout(const TextSample& sample, const TextOptions& options
   TextLayout layout;
   const std::string_view first = sample.lines[0];
   layout.separator = options.separator != '\0' ? options.separator : find_separator(first);
+  if (options.separator == '\0' && options.columns.empty()) refuse_commas_for_both(sample);
   const auto fields = fields_of(first, layout.separator);
   if (fields.size() > kMostColumns)
     throw_bad_input(

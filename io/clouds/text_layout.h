@@ -37,21 +37,29 @@ struct TextLayout {
 bool has_decimal_comma(std::string_view text);
 inline constexpr const char* kPointsForCommas = "Write numbers with a decimal point, such as 1.5";
 
+/// What the ending of a text cloud's name says about columns without names.
+enum class TextKind {
+  kAny,      ///< nothing
+  kPts,      ///< x y z [intensity [red green blue]], and a count before each scan
+  kNormals,  ///< .xyzn: x y z nx ny nz, of any length
+  kColors,   ///< .xyzrgb: x y z red green blue, from 0 to 1 or whole numbers
+};
+
 /// The first lines of a text cloud, comments and blank lines left out.
 struct TextSample {
   std::vector<std::string> lines;  ///< not empty
   std::string comment;             ///< text of a comment right before the first line
   std::string file;                ///< for messages
   std::size_t first_line = 1;      ///< number of lines[0] in the file
-  bool is_pts = false;             ///< columns without names are those of .pts
+  TextKind kind = TextKind::kAny;
 };
 
 /// Columns as the options say, else as the header line (or a comment in its place) says, else by
 /// their number and values: x y z; then three columns of unit vectors are normals, three of
 /// integers from 0 to 255 are red, green and blue; .pts has intensity (float32: its integers from
-/// -2048 to 2047, and the fractions that some write) before its colours; any other column is an
-/// attribute "c4" (by its place). Throws Error: usage for options that make no sense, bad input
-/// where x, y and z cannot be found.
+/// -2048 to 2047, and the fractions that some write) before its colours; .xyzn and .xyzrgb have
+/// what they are named after; any other column is an attribute "c4" (by its place). Throws Error:
+/// usage for options that make no sense, bad input where x, y and z cannot be found.
 TextLayout find_text_layout(const TextSample& sample, const TextOptions& options);
 
 /// The columns of doubles in which the sample has whole numbers that a double rounds, such as

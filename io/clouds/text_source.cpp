@@ -25,8 +25,8 @@ inline const char* skip_blanks(const char* at, const char* last) {
 
 class TextSource final : public PointSource {
  public:
-  TextSource(ByteReader reader, const TextOptions& options, bool is_pts)
-      : reader_(std::move(reader)), is_pts_(is_pts), columns_are_named_(!options.columns.empty()) {
+  TextSource(ByteReader reader, const TextOptions& options, TextKind kind)
+      : reader_(std::move(reader)), kind_(kind), columns_are_named_(!options.columns.empty()) {
     const TextSample sample = take_sample();
     layout_ = find_text_layout(sample, options);
     rounded_ = rounded_columns(sample, layout_);
@@ -39,7 +39,7 @@ class TextSource final : public PointSource {
   bool keeps_declared_points() const override { return false; }
   FileFacts facts() const override {
     FileFacts facts;
-    facts.format = is_pts_ ? "PTS" : "text";
+    facts.format = is_pts() ? "PTS" : "text";
     for (const TextColumn& column : rounded_)
       facts.lost_values.push_back("the last digits of column " + column.name +
                                   ", which a double rounds (named " + column.name + ":" +
@@ -70,6 +70,8 @@ class TextSource final : public PointSource {
     std::string text;
     std::uint64_t number = 0;
   };
+
+  bool is_pts() const { return kind_ == TextKind::kPts; }
 
   /// The next line that is neither blank nor a comment.
   bool next_line(std::string_view& line) {
@@ -104,14 +106,14 @@ class TextSource final : public PointSource {
     sample.comment = comment_;
     sample.file = reader_.name();
     sample.first_line = pending_.front().number;
-    sample.is_pts = is_pts_;
+    sample.kind = kind_;
     return sample;
   }
 
   /// The number of points of the scan that follows, where a line is that: any of a .pts file, and
   /// the first of other files.
   std::optional<std::uint64_t> parse_count(std::string_view line) const {
-    if (!is_pts_ && (!pending_.empty() || scan_ != 0)) return std::nullopt;
+    if (!is_pts() && (!pending_.empty() || scan_ != 0)) return std::nullopt;
     const char* const last = line.data() + line.size();
     std::uint64_t count = 0;
     const auto [end, error] = std::from_chars(skip_blanks(line.data(), last), last, count);
@@ -277,7 +279,7 @@ class TextSource final : public PointSource {
   }
 
   ByteReader reader_;
-  bool is_pts_;
+  TextKind kind_;
   bool columns_are_named_;     ///< by the options
   std::vector<Line> pending_;  ///< the sample, read but not parsed
   std::size_t next_pending_ = 0;
@@ -297,8 +299,8 @@ class TextSource final : public PointSource {
 }  // namespace
 
 std::unique_ptr<PointSource> open_text_source(ByteReader reader, const TextOptions& options,
-                                              bool is_pts) {
-  return std::make_unique<TextSource>(std::move(reader), options, is_pts);
+                                              TextKind kind) {
+  return std::make_unique<TextSource>(std::move(reader), options, kind);
 }
 
 }  // namespace orbweave

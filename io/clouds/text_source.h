@@ -1,4 +1,4 @@
-// Text clouds (.xyz .txt .csv .pts) as point sources.
+// Text clouds (.xyz .xyzn .xyzrgb .asc .txt .csv .pts) as point sources.
 #pragma once
 
 #include <memory>
@@ -9,11 +9,11 @@
 
 namespace orbweave {
 
-/// Opens a text cloud. Lines that are blank or begin with # or // are skipped. `is_pts`: a line
-/// that is one whole number announces as many points, one such line before each scan; a scan may
-/// have more points, one with fewer is an error. declared_points() is the first scan's count.
-/// Throws Error as open_point_source does.
+/// Opens a text cloud. Lines that are blank or begin with # or // are skipped. In a .pts
+/// file, a line that is one whole number announces as many points, one such line before each scan;
+/// a scan may have more points, one with fewer is an error. declared_points() is the first scan's
+/// count. Throws Error as open_point_source does.
 std::unique_ptr<PointSource> open_text_source(ByteReader reader, const TextOptions& options,
-                                              bool is_pts);
+                                              TextKind kind);
 
 }  // namespace orbweave

@@ -8,7 +8,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     auto compressed = orbweave::memory_byte_source(bytes_of(data, size), "input");
     orbweave::ByteReader reader(orbweave::gunzip_byte_source(std::move(compressed)));
-    const auto source = orbweave::open_text_source(std::move(reader), {}, false);
+    const auto source = orbweave::open_text_source(std::move(reader), {}, orbweave::TextKind::kAny);
     orbweave::fuzz::drain(*source, 5);
   } catch (const orbweave::Error&) {
     // Damage, said so.

@@ -13,6 +13,12 @@ orbweave::TextOptions options_from(std::uint8_t choice) {
   return options;
 }
 
+orbweave::TextKind kind_from(std::uint8_t choice) {
+  using orbweave::TextKind;
+  constexpr TextKind kOthers[] = {TextKind::kAny, TextKind::kNormals, TextKind::kColors};
+  return (choice & 4) != 0 ? TextKind::kPts : kOthers[(choice >> 4) % 3];
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -21,7 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const auto bytes = orbweave::fuzz::bytes_of(data + 1, size - 1);
     const auto source = orbweave::open_text_source(orbweave::fuzz::reader_of(bytes),
-                                                   options_from(choice), (choice & 4) != 0);
+                                                   options_from(choice), kind_from(choice));
     orbweave::fuzz::drain(*source, 1 + size % 7);
   } catch (const orbweave::Error&) {
     // Damage, said so.

@@ -234,7 +234,8 @@ TEST_CASE("UnknownExtensionsAreAUsageErrorThatListsTheKnown") {
   write_file(scratch / "a.foo", "1 2 3\n");
   const Error error = reading_error(scratch / "a.foo");
   CHECK(error.kind() == ErrorKind::kUsage);
-  for (const char* known : {".ply", ".xyz", ".txt", ".csv", ".pts", ".ptx", ".pcd", ".gz"})
+  for (const char* known :
+       {".ply", ".xyz", ".xyzn", ".xyzrgb", ".asc", ".txt", ".csv", ".pts", ".ptx", ".pcd", ".gz"})
     CHECK_THAT(error.what(), Contains(known));
 }
 

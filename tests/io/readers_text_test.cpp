@@ -210,11 +210,35 @@ TEST_CASE("AByteOrderMarkIsPassedOverInEveryFormatOfText") {
 
 TEST_CASE("DecimalCommasAreToldAsSuch") {
   for (const char* const text :
-       {"1,5;2,5;3,5\n", "1,5 2,5 3,5\n", "1,5\t2,5\t3,5\r\n", "x;y;z\n1;2;3\n1;2,5;3\n"}) {
+       {"1,5;2,5;3,5\n", "1,5 2,5 3,5\n", "1,5\t2,5\t3,5\r\n", "x;y;z\n1;2;3\n1;2,5;3\n",
+        "1,5, 2,5, 3,5\n4,5, 5,5, 6,5\n", "1,5, 2,5, 3,5, 128,0\r\n"}) {
     CAPTURE(text);
     CHECK_THAT(text_error("a.csv", text).what(), Contains("Write numbers with a decimal point"));
   }
   CHECK_THAT(text_error("a.csv", "one,two,three\n").what(), !Contains("decimal point"));
+}
+
+TEST_CASE("CommasWithBlanksBehindSomeOfThemSeparateColumns") {
+  for (const char* const text :
+       {"1,5, 2,5, 3\n", "1, 5, 2, 5, 3, 5\n", "1,5,2,5,3,5\n", "1,5, 2,5, 3,5\n4,5,5,5,6,5\n"}) {
+    CAPTURE(text);
+    CHECK(read_text("a.csv", text).positions[0].y == 5.0);
+  }
+}
+
+TEST_CASE("EndingsThatNameTheirColumnsAreReadAsNamed") {
+  // Normals of length two, colours from 0 to 1, whole colours: no values to tell them by.
+  const PointCloud normals = read_text("a.xyzn", "1 2 3 0 0 2\n4 5 6 0 2 0\n");
+  CHECK(normals.normals == std::vector<Vec3>{{0, 0, 2}, {0, 2, 0}});
+  CHECK(normals.schema.attributes.empty());
+  const Names colors = {"red", "green", "blue"};
+  const PointCloud fractions = read_text("a.xyzrgb", "1 2 3 0.5 0.25 0\n4 5 6 1 1 1\n");
+  CHECK(attribute_names(fractions.schema) == colors);
+  CHECK(attribute_value(fractions, 0, 1) == 0.25);
+  const PointCloud whole = read_text("a.xyzrgb", "1 2 3 255 128 0 9\n4 5 6 1 1 1 9\n");
+  CHECK(attribute_names(whole.schema) == Names{"red", "green", "blue", "c7"});
+  CHECK(whole.schema.attributes[0].type == ScalarType::kUint8);
+  CHECK(read_text("a.asc", "1 2 3\n4 5 6\n").size() == 2);
 }
 
 TEST_CASE("NamesInQuotesMayHoldSeparators") {

@@ -43,7 +43,7 @@ std::vector<ViewCode> views_of(const std::string& text, const Trajectory& path,
   options.trajectory = std::make_shared<const Trajectory>(path);
   const auto source = open_scan_source(
       open_text_source(ByteReader(memory_byte_source(std::as_bytes(std::span(text)), "a.txt")), {},
-                       false),
+                       TextKind::kAny),
       options, "a.txt");
   const PointCloud cloud = read_all(*source);
   left_out = source->left_out();
