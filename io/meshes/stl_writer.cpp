@@ -1,9 +1,7 @@
-#include <fcntl.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <random>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -12,6 +10,7 @@
 #include "io/meshes/mesh_formats.h"
 #include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
+#include "io/system/nameless_file.h"
 #include "io/system/system_advice.h"
 #include "io/system/temporary_name.h"
 
@@ -23,15 +22,12 @@ namespace {
 class PositionFile {
  public:
   /// `mesh`: the file that the positions are for; they lie in its directory.
-  explicit PositionFile(const std::filesystem::path& mesh) : mesh_(mesh) {
-    std::string name = (directory_of(mesh) / ".positions-XXXXXX").string();
-    descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
-    if (descriptor_ < 0) fail();
-    ::unlink(name.c_str());
+  explicit PositionFile(const std::filesystem::path& mesh)
+      : mesh_(mesh), file_(nameless_file(directory_of(mesh))) {
+    if (!file_.valid()) fail();
   }
   ~PositionFile() {
     if (mapped_ != nullptr) ::munmap(mapped_, count_ * sizeof(Vec3));
-    ::close(descriptor_);
   }
   PositionFile(const PositionFile&) = delete;
   PositionFile& operator=(const PositionFile&) = delete;
@@ -39,7 +35,7 @@ class PositionFile {
   void append(std::span<const Vec3> positions) {
     auto bytes = std::as_bytes(positions);
     while (!bytes.empty()) {
-      const ssize_t wrote = file_calls.write(descriptor_, bytes.data(), bytes.size());
+      const ssize_t wrote = file_calls.write(file_.get(), bytes.data(), bytes.size());
       if (wrote < 0 && errno == EINTR) continue;
       if (wrote < 0) fail();
       bytes = bytes.subspan(static_cast<std::size_t>(wrote));
@@ -60,7 +56,7 @@ class PositionFile {
  private:
   void map() {
     void* const mapped =
-        ::mmap(nullptr, count_ * sizeof(Vec3), PROT_READ, MAP_SHARED, descriptor_, 0);
+        ::mmap(nullptr, count_ * sizeof(Vec3), PROT_READ, MAP_SHARED, file_.get(), 0);
     if (mapped == MAP_FAILED) fail();
     mapped_ = mapped;
   }
@@ -72,7 +68,7 @@ class PositionFile {
   }
 
   std::filesystem::path mesh_;
-  int descriptor_ = -1;
+  FileDescriptor file_;
   std::size_t count_ = 0;
   void* mapped_ = nullptr;
 };

@@ -1,42 +1,18 @@
 #include "io/system/spool_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <optional>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "io/error.h"
+#include "io/system/nameless_file.h"
 #include "io/system/system_advice.h"
 
 namespace orbweave {
-namespace {
-
-/// A file that never has a name, so that a kill leaves none; invalid where the file system has no
-/// such files, as those over a network.
-FileDescriptor nameless_file(const std::filesystem::path& directory) {
-#ifdef O_TMPFILE
-  return FileDescriptor(
-      ::open(directory.c_str(), O_TMPFILE | O_EXCL | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR));
-#else
-  static_cast<void>(directory);
-  return FileDescriptor();
-#endif
-}
-
-}  // namespace
-
 SpoolFile::SpoolFile(std::filesystem::path directory)
     : directory_(std::move(directory)), file_(nameless_file(directory_)) {
-  if (file_.valid()) return;
-  std::string name = (directory_ / ".spool-XXXXXX").string();
-  file_ = FileDescriptor(::mkostemp(name.data(), O_CLOEXEC));
   if (!file_.valid()) fail("cannot make a temporary file", errno);
-  ::unlink(name.c_str());
 }
 
 std::uint64_t SpoolFile::append(std::span<const std::byte> bytes) {
