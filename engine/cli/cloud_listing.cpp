@@ -215,6 +215,7 @@ Json cloud_json(const CloudFacts& facts) {
           {"duplicates", json_or_null(facts.duplicates)},
           {"not_finite", facts.not_finite},
           {"coordinate_step", facts.coordinate_step > 0.0 ? Json(facts.coordinate_step) : Json()},
+          {"common_step", facts.common_step > 0.0 ? Json(facts.common_step) : Json()},
           {"doubt", text_or_null(facts.doubt)},
           {"zero_normals", facts.zero_normals},
           {"normals_not_finite", facts.normals_not_finite},

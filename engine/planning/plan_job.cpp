@@ -36,7 +36,6 @@
 #include "engine/pipeline/surface/stitch_stage.h"
 #include "engine/pipeline/surface/used_vertices.h"
 #include "engine/planning/trial.h"
-#include "engine/spacing/coordinate_step.h"
 #include "io/error.h"
 #include "io/system/glob.h"
 #include "io/system/process_times.h"
@@ -301,7 +300,7 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   if (measured.layers.measured > 0)
     plan.noise_note = job.cleaning.automatic ? short_reason(measured.layers, unit)
                                              : short_noise(measured.layers, unit);
-  const std::string steps = objection_to_step(measured.coordinate_step, measured.spacing);
+  const std::string steps = objection_to_steps(job, measured, plan.cleaning.options);
   if (!steps.empty()) plan.doubts.push_back(steps);
   plan.doubts.insert(plan.doubts.end(), cloud.doubts.begin(), cloud.doubts.end());
   plan.doubts.insert(plan.doubts.end(), sampled.doubts.begin(), sampled.doubts.end());

@@ -98,7 +98,10 @@ void measure_spacing(std::span<const SpacingSite> of_cloud, CloudFacts& facts) {
   facts.coordinate_step = coordinate_step(sites.all());
   facts.spacing = median(1);
   facts.spacing_of_six = median(kNeighbors);
-  facts.doubt = objection_to_step(facts.coordinate_step, facts.spacing_of_six.value_or(0.0));
+  facts.common_step = common_step(sites.all());
+  const double spacing = facts.spacing_of_six.value_or(0.0);
+  facts.doubt = objection_to_step(facts.coordinate_step, spacing);
+  if (facts.doubt.empty()) facts.doubt = objection_to_common_step(facts.common_step, spacing);
 }
 
 void measure_whole(std::vector<Vec3> points, CloudFacts& facts) {

@@ -32,6 +32,7 @@ struct CloudFacts {
   std::optional<double> spacing;
   std::optional<double> spacing_of_six;
   double coordinate_step = 0.0;  ///< last place of floats that coordinates were rounded to; 0: none
+  double common_step = 0.0;      ///< what coordinates of all axes are multiples of; 0: nothing
   std::string doubt;             ///< what is wrong with coordinates; empty: nothing
 };
 

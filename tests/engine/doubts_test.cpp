@@ -81,6 +81,20 @@ PointCloud as_floats(PointCloud cloud) {
   return cloud;
 }
 
+/// A torus whose coordinates are whole steps from an offset, as LAS files store them.
+NamedCloud torus_in_steps(double step, Vec3 offset = {}) {
+  NamedCloud torus = noisy_torus(4000, 0.0, 3);
+  for (Vec3& p : torus.cloud.positions)
+    for (int axis = 0; axis < 3; ++axis) p[axis] = std::round(p[axis] / step) * step + offset[axis];
+  put_in_order(torus.cloud);
+  return torus;
+}
+
+double common_step_of(const PointCloud& cloud) {
+  const SpacingSite site{cloud.bounds(), cloud.bounds(), cloud.positions};
+  return common_step({&site, 1});
+}
+
 /// The two sides of a plate, exact, a number of grid steps apart.
 NamedCloud thin_plate(double steps) {
   NamedCloud named;
@@ -410,6 +424,63 @@ TEST_CASE("CoordinatesInCoarseStepsAreWarnedOf") {
   const JobPlan plan = plan_job(job, progress, stop);
   REQUIRE(plan.doubts.size() == 1);
   CHECK_THAT(plan.doubts.front(), Contains("coordinates come in steps of about 0.0625"));
+}
+
+TEST_CASE("TheCommonStepIsThatOfDecimalsAndScales") {
+  const Vec3 map{515396.0, 4918348.0, 2324.0};
+  for (const double step : {0.01, 0.05, 0.003048}) {
+    CHECK(common_step_of(torus_in_steps(step).cloud) == Approx(step));
+    CHECK(common_step_of(torus_in_steps(step, map).cloud) == Approx(step).epsilon(1e-3));
+  }
+  CHECK(common_step_of(as_floats(torus_in_steps(0.05).cloud)) == Approx(0.05).epsilon(1e-3));
+  NamedCloud fine = random_sphere(4000, 11);
+  for (Vec3& p : fine.cloud.positions)
+    for (int axis = 0; axis < 3; ++axis) p[axis] = std::round(p[axis] / 0.00025) * 0.00025;
+  put_in_order(fine.cloud);
+  CHECK(common_step_of(fine.cloud) == Approx(0.00025));
+  // Neither the places of floats nor one axis alone nor a few points tell of a step.
+  CHECK(common_step_of(noisy_torus(4000, 0.0, 3).cloud) == 0.0);
+  CHECK(common_step_of(as_floats(noisy_torus(4000, 0.0, 3).cloud)) == 0.0);
+  NamedCloud terraces = noisy_torus(4000, 0.0, 3);
+  for (Vec3& p : terraces.cloud.positions) p.z = std::round(p.z / 0.05) * 0.05;
+  put_in_order(terraces.cloud);
+  CHECK(common_step_of(terraces.cloud) == 0.0);
+  PointCloud cube;
+  for (int i = 0; i < 8; ++i)
+    cube.positions.push_back(Vec3{1.0 * (i & 1), 0.5 * (i & 2), 0.25 * (i & 4)});
+  CHECK(common_step_of(cube) == 0.0);
+  CHECK(common_step_of({}) == 0.0);
+}
+
+TEST_CASE("CoordinatesOfFewDecimalsAreWarnedOfWhereTheStepsAreCoarse") {
+  const std::string kDoubt = "coordinates on all axes come in steps of 0.02, the points lie ";
+  const std::string kAdvice =
+      "export them in finer steps (more decimals, a smaller scale of LAS), or thin them: "
+      "cleaning.thin_to_spacing = 0.1";
+  ScratchDirectory scratch;
+  for (const NormalSource source : {NormalSource::kFile, NormalSource::kEstimate}) {
+    Job job = job_without_fill(scratch, torus_in_steps(0.02));
+    job.normals.source = source;
+    CHECK(warns_of(job, kDoubt));
+    CHECK(warns_of(job, kAdvice));
+    CHECK(doubts(job, kDoubt));
+    CHECK(doubts(job, kAdvice));
+    job.cleaning.thin_to_spacing = 0.1;
+    CHECK_FALSE(warns_of(job, "come in steps"));
+    CHECK_FALSE(doubts(job, "come in steps"));
+  }
+  const auto fine = job_without_fill(scratch, torus_in_steps(0.002));
+  CHECK_FALSE(warns_of(fine, "come in steps"));
+  CHECK_FALSE(doubts(fine, "come in steps"));
+}
+
+TEST_CASE("InspectTellsOfCoordinatesOfFewDecimals") {
+  ScratchDirectory scratch;
+  const std::string file = scan_file(scratch, "coarse.xyz", torus_in_steps(0.02), 1.0);
+  const auto source = open_point_source(file), again = open_point_source(file);
+  const CloudFacts facts = cloud_facts(*source, again.get());
+  CHECK(facts.common_step == Approx(0.02));
+  CHECK_THAT(facts.doubt, Contains("coordinates on all axes come in steps of 0.02, the points"));
 }
 
 TEST_CASE("TwoSurfacesThatLieCloseAreNotTakenForNoiseAlone") {

@@ -1,4 +1,5 @@
 #include "engine/pipeline/points/cleaning_stage.h"
+#include "engine/pipeline/points/point_doubts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +27,6 @@
 #include "engine/pipeline/stage/stage_begin.h"
 #include "engine/pipeline/stage/stage_keys.h"
 #include "engine/pipeline/surface/in_core_methods.h"
-#include "engine/spacing/coordinate_step.h"
 #include "engine/spacing/layer_thickness.h"
 #include "engine/spacing/site_points.h"
 #include "io/error.h"
@@ -112,8 +112,8 @@ void warn_of_twins(StageRunner& runner, const Partition& scans, const CleaningFa
   runner.say_of_points({.shown = what, .full = what, .is_warning = true});
 }
 
-void warn_of_steps(StageRunner& runner, const Partition& scans) {
-  const std::string objection = objection_to_step(scans.coordinate_step, scans.spacing);
+void warn_of_steps(StageRunner& runner, const Partition& scans, const CleaningFacts& facts) {
+  const std::string objection = objection_to_steps(runner.job, scans, facts.options);
   if (!objection.empty()) runner.say_of_points({objection, objection, true});
 }
 
@@ -486,7 +486,7 @@ CutPoints partition_cleaned(StageRunner& runner) {
   runner.of_points.clear();
   CutPoints raw = raw_points(runner);
   RawCloud cloud = raw_cloud(runner, std::move(raw.partition));
-  warn_of_steps(runner, cloud.partition);
+  warn_of_steps(runner, cloud.partition, cleaning_for(runner.job.cleaning, cloud.partition));
   CleaningFacts facts = describe_layers(runner, cloud.partition);
   warn_of_twins(runner, cloud.partition, facts);
   check_smoothing(runner.job, facts);
@@ -537,7 +537,7 @@ CutPoints partition_cleaned(StageRunner& runner) {
 CutPoints partition_scans(StageRunner& runner) {
   return partition_by_team(runner, kFinalCut, [&] {
     CutPoints cut = cut_and_sort(scans_as_input(runner, kFinalCut), runner);
-    warn_of_steps(runner, cut.partition);
+    warn_of_steps(runner, cut.partition, cleaning_for(runner.job.cleaning, cut.partition));
     cut.partition.cleaning = describe_layers(runner, cut.partition);
     warn_of_double_layers(runner, cut.partition, cut.partition.cleaning);
     warn_of_twins(runner, cut.partition, cut.partition.cleaning);

@@ -71,6 +71,7 @@ Partition measure(const CloudInput& input, SpacingSampler& sampler, const RunCon
   measured.line_neighbors = choice.line_neighbors;
   if (!input.are_scans) return measured;
   measured.coordinate_step = coordinate_step(sites.all());
+  measured.common_step = common_step(sites.all());
   measured.layers = measure_layers(sites, &control.stop);
   if (!for_normals) return measured;
   measured.normal_radius =

@@ -8,6 +8,7 @@
 #include "engine/pipeline/stage/method_costs.h"
 #include "engine/pipeline/stage/scan_units.h"
 #include "engine/spacing/automatic_radii.h"
+#include "engine/spacing/coordinate_step.h"
 #include "engine/spacing/site_points.h"
 #include "io/job/setting.h"
 #include "io/points/coordinate_system.h"
@@ -147,6 +148,18 @@ std::vector<std::string> objections_to_points(const ResolvedJob& job, const Part
   objections.push_back(objection_to_levels(job, partition));
   std::erase(objections, "");
   return objections;
+}
+
+std::string objection_to_steps(const ResolvedJob& job, const Partition& scans,
+                               const CleaningOptions& cleaning) {
+  std::string objection = objection_to_step(scans.coordinate_step, scans.spacing);
+  if (!objection.empty()) return objection;
+  constexpr double kRounded = 1e-3;  // of the spacing: the advice has four digits
+  const double wanted = spacing_for_step(scans.common_step);
+  objection = objection_to_common_step(scans.common_step, scans.spacing);
+  if (objection.empty() || cleaning.thin_to_spacing >= (1.0 - kRounded) * wanted) return {};
+  return objection +
+         ", or thin them: " + setting(job, "cleaning.thin_to_spacing", short_text(wanted));
 }
 
 }  // namespace orbweave

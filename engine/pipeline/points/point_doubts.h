@@ -15,4 +15,9 @@ namespace orbweave {
 /// coordinate system, unit and the source of the normals are looked at.
 std::vector<std::string> objections_to_points(const ResolvedJob& job, const Partition& partition);
 
+/// Of the coordinates of the scans as they came: they lie in steps that are coarse beside the
+/// spacing, and `cleaning` does not thin them to a larger one. Empty: they do not.
+std::string objection_to_steps(const ResolvedJob& job, const Partition& scans,
+                               const CleaningOptions& cleaning);
+
 }  // namespace orbweave

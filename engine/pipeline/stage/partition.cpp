@@ -185,6 +185,7 @@ std::string partition_to_json(const Partition& partition) {
   if (partition.sparse_offset > 0.0) document["sparse_offset"] = partition.sparse_offset;
   if (partition.line_neighbors > 0) document["line_neighbors"] = partition.line_neighbors;
   if (partition.coordinate_step > 0.0) document["coordinate_step"] = partition.coordinate_step;
+  if (partition.common_step > 0.0) document["common_step"] = partition.common_step;
   if (!partition.said.empty()) document["said"] = to_json(partition.said);
   if (partition.meters_per_unit) document["meters_per_unit"] = to_json(*partition.meters_per_unit);
   return document_text(document);
@@ -219,6 +220,7 @@ Partition partition_from_json(const std::string& text) {
   partition.sparse_offset = document.value("sparse_offset", 0.0);
   partition.line_neighbors = document.value("line_neighbors", std::size_t{0});
   partition.coordinate_step = document.value("coordinate_step", 0.0);
+  partition.common_step = document.value("common_step", 0.0);
   // Documents of earlier versions have nothing said.
   if (document.contains("said")) partition.said = said_from(document.at("said"));
   if (document.contains("meters_per_unit"))

@@ -31,6 +31,7 @@ struct Partition {
   std::size_t line_neighbors = 0;  ///< RadiiChoice::line_neighbors
   LayerThickness layers;           ///< of the scans as they came; not measured elsewhere
   double coordinate_step = 0.0;    ///< of the scans' coordinates (coordinate_step); 0: fine
+  double common_step = 0.0;        ///< likewise (common_step)
   double normal_radius = 0.0;      ///< within which the neighbours for a normal are found; likewise
   std::uint64_t points_without_view = 0;  ///< points whose scanner is not known
   CleaningFacts cleaning;
