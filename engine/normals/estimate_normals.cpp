@@ -14,18 +14,14 @@
 #include "engine/geometry/neighbor_grid.h"
 #include "engine/geometry/neighbor_search.h"
 #include "engine/geometry/symmetric_eigen.h"
+#include "engine/normals/point_row.h"
 #include "io/error.h"
 
 namespace orbweave {
 namespace {
 
-/// Variance across a row of points over that along it, below which the row tells no plane and
-/// more neighbours are asked for: deviations of 1:10.
-constexpr double kNearlyALine = 1e-2;
-/// The limit where there are no more neighbours: a smaller deviation is noise.
+/// As kNearlyALine where there are no more neighbours: a smaller deviation is noise.
 constexpr double kALine = 1e-6;
-/// A row that is nothing but a row at this many times the neighbours asked for stays one.
-constexpr std::size_t kMostEnlarged = 16;
 
 struct Plane {
   Vec3 normal;
@@ -70,10 +66,6 @@ class Estimator {
   }
 
  private:
-  static bool nearly_a_line(const SymmetricEigen& e) {
-    return !(e.values[1] > kNearlyALine * e.values[2]);
-  }
-
   static Plane plane_of(const SymmetricEigen& e) {
     if (!(e.values[1] > kALine * e.values[2])) return {};
     Vec3 n = e.vectors[0];

@@ -17,6 +17,7 @@
 #include "engine/normals/orientation.h"
 #include "engine/normals/orientation_graph.h"
 #include "engine/normals/orientation_vote.h"
+#include "engine/normals/point_row.h"
 #include "io/whole_loop.h"
 
 namespace orbweave {
@@ -225,30 +226,27 @@ class Patches {
     return chosen;
   }
 
-  /// Deviations of 1:10, squared: as where normals ask for more neighbours (estimate_normals.cpp).
+  /// Whether points found lie nearly on a line.
   bool is_row(std::span<const std::uint32_t> found, std::uint32_t i) const {
-    constexpr double kNearlyALine = 1e-2;
     Vec3 center;
     for (const std::uint32_t n : found) center = center + (positions_[n] - positions_[i]);
     center = center / static_cast<double>(found.size());
     SymmetricMatrix spread;
     for (const std::uint32_t n : found) spread += outer(positions_[n] - positions_[i] - center);
-    // Of a row, the products of two eigenvalues each are together below 2.01e-2 of the squared sum.
-    // Few points are left to look at.
+    // Eigenvalues take time. The products of two each are together below 2.01 * kNearlyALine of the
+    // squared sum where the points lie on a line: most points are told off it by that.
     constexpr double kMostOfRow = 2.1 * kNearlyALine;
     const double sum = spread.xx + spread.yy + spread.zz;
     const double products = spread.xx * spread.yy - spread.xy * spread.xy + spread.xx * spread.zz -
                             spread.xz * spread.xz + spread.yy * spread.zz - spread.yz * spread.yz;
     if (products > kMostOfRow * sum * sum) return false;
-    const SymmetricEigen eigen = eigen_of(spread);
-    return eigen.values[1] <= kNearlyALine * eigen.values[2];
+    return nearly_a_line(eigen_of(spread));
   }
 
   /// Asks for more neighbours where all that are found lie nearly on a line: those of a ring around
   /// the axis of a scanner are joined to no other ring otherwise, and each takes its own side.
   /// False where the wider search finds nothing but the line, or the line ends within the radius.
   bool look_beside_row(std::uint32_t i, std::size_t among, NeighborSearch::Query& wider) const {
-    constexpr std::size_t kMostEnlarged = 16;
     for (std::size_t count = 2 * among; count <= kMostEnlarged * among; count *= 2) {
       wider.find(search_, i, i + 1, count, squared_reach(options_.max_radius));
       if (!is_row(wider.of(i), i)) return true;

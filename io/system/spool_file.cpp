@@ -10,6 +10,7 @@
 #include "io/system/system_advice.h"
 
 namespace orbweave {
+
 SpoolFile::SpoolFile(std::filesystem::path directory)
     : directory_(std::move(directory)), file_(nameless_file(directory_)) {
   if (!file_.valid()) fail("cannot make a temporary file", errno);

@@ -1,5 +1,4 @@
 #include "engine/pipeline/points/cleaning_stage.h"
-#include "engine/pipeline/points/point_doubts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +17,7 @@
 #include "engine/pipeline/points/noise_stage.h"
 #include "engine/pipeline/points/orientation_stage.h"
 #include "engine/pipeline/points/orientation_words.h"
+#include "engine/pipeline/points/point_doubts.h"
 #include "engine/pipeline/points/quality_pass.h"
 #include "engine/pipeline/points/raw_passes.h"
 #include "engine/pipeline/points/scan_input.h"

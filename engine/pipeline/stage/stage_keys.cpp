@@ -126,13 +126,13 @@ std::string raw_points_key(const ResolvedJob& job) {
   const Orientation side = job.normals.orientation;
   const bool views = asks_for_scanner(side);
   const bool is_one_chunk = job.normals.source == NormalSource::kPoles;
-  return key_line("layout of raw points", "11") + scan_lines(job) + normal_lines(job) +
+  return key_line("layout of raw points", "12") + scan_lines(job) + normal_lines(job) +
          (is_one_chunk ? key_line("cut of raw points", "one chunk") : std::string()) +
          key_line("scanners needed", views ? "yes" : "no");
 }
 
 std::string points_key(const ResolvedJob& job) {
-  std::string key = key_line("layout of points", "14") + scan_lines(job) +
+  std::string key = key_line("layout of points", "15") + scan_lines(job) +
                     option_line(job, "output.vertex_quality");
   key += job.needs_cleaning_or_normals()
              ? section_lines(job, "cleaning", {}) + section_lines(job, "normals", {})
