@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Attacks the program: mutated inputs, kills, damaged work directories, cuts whose bytes are compared, hostile clouds,
-full disks, limits of the system, mutated job files.
+full disks, limits of the system, mutated job files, random jobs.
 
 Trials are numbered; what trial N of a family does follows from the seed and N alone (of kills, from the moment as
 well). Without --long, --count and --seconds every family runs the number of trials that CI runs. A finding prints how
@@ -27,9 +27,9 @@ import traceback
 import trial
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FAMILIES = ["inputs", "kills", "damage", "bytes", "strays", "hostile", "disk", "limits", "jobs"]
-MODULES = {"bytes": "same_bytes"}
-LONG_RUN = {"inputs": 50_000, "kills": 1_000, "damage": 2_000, "bytes": 2_000, "strays": 10_000}  # at least, over all recorded runs
+FAMILIES = ["inputs", "kills", "damage", "bytes", "strays", "hostile", "disk", "limits", "jobs", "random"]
+MODULES = {"bytes": "same_bytes", "random": "random_jobs"}
+LONG_RUN = {"inputs": 50_000, "kills": 1_000, "damage": 2_000, "bytes": 2_000, "strays": 10_000, "random": 1_500}  # at least, over all recorded runs
 
 
 def family_module(family):

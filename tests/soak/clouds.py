@@ -107,14 +107,23 @@ def moved(points, scale, offset):
 
 
 def ply(points, form="binary_little_endian", normals=True):
-    """The bytes of a PLY file; doubles, in text with as many digits as they need."""
-    names = PROPERTIES if normals else PROPERTIES[:3]
+    """The bytes of a PLY file; doubles, in text with as many digits as they need. Points may be without normals."""
+    names = PROPERTIES if normals and all(len(p) == len(PROPERTIES) for p in points) else PROPERTIES[:3]
     header = f"ply\nformat {form} 1.0\nelement vertex {len(points)}\n"
     header += "".join(f"property double {name}\n" for name in names) + "end_header\n"
     if form == "ascii":
         return header.encode() + _lines((p[:len(names)] for p in points), " ")
     record = struct.Struct(("<" if "little" in form else ">") + f"{len(names)}d")
     return header.encode() + b"".join(record.pack(*p[:len(names)]) for p in points)
+
+
+def read_ply(data):
+    """(names of the properties, rows) of points in little-endian binary numbers."""
+    letters = {"double": "d", "float": "f", "uchar": "B", "ushort": "H", "uint": "I", "char": "b", "short": "h", "int": "i"}
+    header, _, body = data.partition(b"end_header\n")
+    properties = [line.split()[1:] for line in header.decode().splitlines() if line.startswith("property ")]
+    rows = struct.iter_unpack("<" + "".join(letters[kind] for kind, _ in properties), body)
+    return [name for _, name in properties], list(rows)
 
 
 def csv(points):
