@@ -43,6 +43,8 @@ CASES = {
     "corridor": (scenes.corridor, ["auto", "ground"]),
     "tunnel, even": (scenes.tunnel, ["auto", "ground"]),
     "ball in a room": (scenes.ball_in_room, ["auto", "ground"]),
+    "balls on a floor": (scenes.balls_on_a_floor, ["auto", "ground"]),
+    "mug on a table": (scenes.mug_on_a_table, ["auto", "ground"]),
     "courtyard": (scenes.courtyard, ["auto", "ground"]),
     "facade": (scenes.facade, ["auto", "ground"]),
     "block on the ground": (scenes.house_from_around, ["auto", "ground"]),

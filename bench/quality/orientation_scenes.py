@@ -290,6 +290,49 @@ def ball_in_room(rays=120_000):
     return cloud + ball(0.35, 0.02, (2.5, 2.0, 1.5))
 
 
+def floor_around(side, spacing, hidden, seed=1):
+    """A square floor without discs: (x, y, radius)."""
+    x, y = jittered_square(side, int((side / spacing) ** 2), np.random.default_rng(seed)).T - side / 2.0
+    kept = np.ones(len(x), bool)
+    for at_x, at_y, radius in hidden:
+        kept &= np.hypot(x - at_x, y - at_y) > radius
+    positions = np.stack([x, y, np.zeros_like(x)], 1)[kept]
+    return Cloud(positions, np.tile(UP, (len(positions), 1)))
+
+
+def not_hidden(cloud, places, balls):
+    """What one of the places sees: it faces the place, and no ball (center, radius) stands between."""
+    seen = np.zeros(len(cloud.positions), bool)
+    for place in np.asarray(places, float):
+        ways = place - cloud.positions
+        ways /= np.linalg.norm(ways, axis=1)[:, None]
+        free = (ways * cloud.normals).sum(axis=1) > 0.05
+        for center, radius in balls:
+            offset = cloud.positions - center
+            along = (offset * ways).sum(axis=1)
+            depth = along * along - (offset * offset).sum(axis=1) + radius * radius
+            free &= ~((depth > 0.0) & (np.sqrt(np.maximum(depth, 0.0)) - along > 1e-3 * radius) &
+                      (np.linalg.norm(offset, axis=1) > (1.0 + 1e-9) * radius))
+        seen |= free
+    return Cloud(cloud.positions[seen], cloud.normals[seen])
+
+
+def balls_on_a_floor(spacing=0.02):
+    """Seen from four tripods: the floor below a ball, and the ball's lowest part, are hidden."""
+    balls = [(np.array([x, y, radius]), radius)
+             for x, y, radius in ((0, 0, 0.35), (1, 1, 0.5), (-1, 0.7, 0.25), (-1, -1.2, 0.6))]
+    cloud = floor_around(5.0, spacing, [])
+    for seed, (center, radius) in enumerate(balls):
+        cloud += ball(radius, spacing, center, seed=seed)
+    return not_hidden(cloud, [[x, y, 1.5] for x in (-2, 2) for y in (-2, 2)], balls)
+
+
+def mug_on_a_table(spacing=0.02):
+    """Outer and inner side of a mug, and the table that it stands on."""
+    mug = revolved([(0.4, 0.0), (0.5, 1.0), (0.44, 1.0), (0.35, 0.06), (0.0, 0.06)], spacing)
+    return mug + floor_around(4.0, spacing, [(0.0, 0.0, 0.41)])
+
+
 def two_balls(spacing=0.03):
     return ball(1.0, spacing) + ball(0.6, spacing, (2.2, 0.3, 0.2), seed=2)
 

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "engine/geometry/plane_axes.h"
+#include "engine/normals/part_shape.h"
 
 namespace orbweave {
 namespace {
@@ -91,6 +92,14 @@ class Columns {
   std::vector<Column> columns_;  // by x, then y; one of each
 };
 
+/// A shell that is no thin slab, or one that lacks its bottom; not a valley, whose ground it has.
+bool is_round(const PartShape& shape) {
+  constexpr double kRound = 0.3;
+  if (shape.kind == PartKind::kSheet) return false;
+  if (shape.kind == PartKind::kShell) return std::abs(shape.bulge) > kRound;
+  return (shape.area_normal.z < 0.0 ? -shape.bulge : shape.bulge) > kRound;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> find_ground(std::span<const PatchSum> sums, double cell, Vec3 up,
@@ -112,6 +121,26 @@ std::vector<std::uint8_t> find_ground(std::span<const PatchSum> sums, double cel
     }
   }
   return is_ground;
+}
+
+void leave_out_undersides(std::span<const PatchSum> sums, const SignedParts& parts, Vec3 up,
+                          std::span<std::uint8_t> is_ground) {
+  // Half of what faces up or down is the floor of a room; furniture stands on some of it, and
+  // patches that bend up to a wall are no floor. What scanners see of the underside of a ball, and
+  // is flat enough to be ground, is a tenth of that at most.
+  constexpr double kLeastFloor = 0.15;
+  std::vector<double> level(sums.size()), floor(sums.size());  // by part, as seen from above
+  for (std::uint32_t v = 0; v < sums.size(); ++v) {
+    const double seen = std::abs(dot(sums[v].area_normal, up));
+    level[parts.part[v]] += seen;
+    if (is_ground[v]) floor[parts.part[v]] += seen;
+  }
+  std::vector<std::uint8_t> is_object(sums.size());
+  for (const PartShape& shape : shapes_of_parts(sums, parts))
+    is_object[shape.first] =
+        is_round(shape) && floor[shape.first] < kLeastFloor * level[shape.first];
+  for (std::uint32_t v = 0; v < sums.size(); ++v)
+    if (is_object[parts.part[v]]) is_ground[v] = 0;
 }
 
 }  // namespace orbweave

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/normals/orientation_graph.h"
 #include "engine/normals/patch_sums.h"
 #include "io/stop_token.h"
 
@@ -17,5 +18,13 @@ namespace orbweave {
 /// O(n log n).
 std::vector<std::uint8_t> find_ground(std::span<const PatchSum> sums, double cell, Vec3 up,
                                       const StopToken* stop = nullptr);
+
+/// Takes the undersides of objects out of the ground: a ball that stands on a floor hides the floor
+/// below itself from scanners, and nothing lies below its lowest patches then. Of a surface that
+/// encloses a volume, the floor of a room is as large as the ceiling is, as seen from above; where
+/// the ground is a smaller share of what faces up or down, it is none. `parts`: what votes alone
+/// connect. `is_ground`: as find_ground has it.
+void leave_out_undersides(std::span<const PatchSum> sums, const SignedParts& parts, Vec3 up,
+                          std::span<std::uint8_t> is_ground);
 
 }  // namespace orbweave

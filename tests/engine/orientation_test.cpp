@@ -471,6 +471,32 @@ TEST_CASE("OnlyWhatNothingLiesBelowIsGround") {
   CHECK(is_ground[far] == 1);
 }
 
+TEST_CASE("ABallThatHidesTheFloorBelowItselfFacesOutwardOnTheGround") {
+  constexpr double kRadius = 45.0, kSide = 250.0;
+  test::Random random(5);
+  PointCloud floor;
+  const Vec3 corner{-0.5 * kSide, -0.5 * kSide, 0.0};
+  add_wall(corner, {kSide, 0.0, 0.0}, {0.0, kSide, 0.0}, {0.0, 0.0, 1.0}, random, floor);
+  PointCloud cloud;
+  const auto add = [&](Vec3 position, Vec3 normal) {
+    cloud.positions.push_back(position);
+    cloud.normals.push_back(normal);
+  };
+  // Scanners around see neither the floor below the ball nor its lowest part.
+  for (const Vec3 p : floor.positions)
+    if (std::hypot(p.x, p.y) > 0.8 * kRadius) add(p, {0.0, 0.0, 1.0});
+  const test::NamedCloud ball = test::random_sphere(25'447, 2);  // of radius 1
+  for (const Vec3 n : ball.cloud.normals)
+    if (n.z > -0.8) add(kRadius * (n + Vec3{0.0, 0.0, 1.0}), n);
+  const OrientationOptions options = options_for(1.0);
+  PatchOrientation summary;
+  const PatchGraphOptions graph{.ground = true, .cell = options.cell};
+  const auto normals = oriented_normals(unoriented(cloud, 6.0), options, &summary, graph);
+  CHECK(agreeing(normals, cloud.normals) > 0.99);
+  CHECK(summary.ground > 100);
+  CHECK(summary.ground_down == 0);
+}
+
 TEST_CASE("SparsePatchesOfTheGroundAreGroundAndWhatStandsOnThemIsNot") {
   constexpr double kCell = 16.0;
   std::vector<PatchSum> sums;

@@ -88,7 +88,7 @@ PatchOrientation orient_cloud(StageRunner& runner, const RawCloud& cloud, Orient
   options.stop = &runner.stop;
   by_root(runner, [&] {
     begin_stage(runner, kPatchStage,
-                cloud.key + key_line("layout of patches", "4") +
+                cloud.key + key_line("layout of patches", "5") +
                     key_line("cell of patches", format_exact(options.cell)) +
                     key_line("reach of patches", format_exact(options.max_radius)) +
                     key_line("neighbors of patches", std::to_string(options.among)));
