@@ -201,8 +201,7 @@ std::vector<std::uint8_t> crumbs_of(const HolePlan& plan, std::span<const Piece>
   const LoopKinds kinds = kinds_of(choose_holes(plan.loops, pieces, options));
   for (const auto& list :
        find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices, stop))
-    for (const std::uint32_t l : list)
-      for (const std::uint64_t piece : plan.loops[l].components) crumbs[piece] = 0;
+    for (const std::uint32_t l : list) keep_pieces(plan.loops, plan.loops[l].components, crumbs);
   return crumbs;
 }
 

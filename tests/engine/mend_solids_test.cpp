@@ -210,4 +210,28 @@ TEST_CASE("LooseSheetsBesideAClosedObjectAreCrumbsAndThoseOfAScenesAreNot") {
   CHECK(find_crumbs(of_scene, pieces, is_border_of_scene) == std::vector<std::uint8_t>{0, 0, 0, 0});
 }
 
+TEST_CASE("LooseSheetsThatTouchInAVertexAreCrumbsTogetherOrNotAtAll") {
+  const Piece object{100'000, {{-1, -1, -1}, {1, 1, 1}}};
+  const Piece left{90, {{-0.1, -0.1, 1.0}, {0.0, 0.1, 1.01}}};
+  const Piece right{90, {{0.0, -0.1, 1.0}, {0.1, 0.1, 1.01}}};
+  const std::vector<Piece> pieces = {object, left, right};
+  // One loop runs around both sheets, through the vertex that they share; one has a hole.
+  std::vector<BoundaryLoop> loops = {border({0, 0, 1}, 0.1, 1), border({0.05, 0, 1}, 0.01, 2)};
+  loops[0].components = {1, 2};
+  CHECK(find_crumbs(loops, pieces, std::vector<std::uint8_t>{1, 0}) ==
+        std::vector<std::uint8_t>{0, 1, 1});
+  std::vector<std::uint8_t> kept = {0, 1, 1};
+  keep_pieces(loops, std::vector<std::uint64_t>{2}, kept);
+  CHECK(kept == std::vector<std::uint8_t>{0, 0, 0});
+  // A sheet that touches the object is a part of it.
+  loops[1].components = {0, 2};
+  CHECK(find_crumbs(loops, pieces, std::vector<std::uint8_t>{1, 0}) ==
+        std::vector<std::uint8_t>{0, 0, 0});
+  // Together they are no crumb.
+  const std::vector<Piece> larger = {object, left, {150, right.box}};
+  loops[1].components = {2};
+  CHECK(find_crumbs(loops, larger, std::vector<std::uint8_t>{1, 0}) ==
+        std::vector<std::uint8_t>{0, 0, 0});
+}
+
 }  // namespace orbweave

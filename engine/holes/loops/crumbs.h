@@ -16,9 +16,13 @@ namespace orbweave {
 /// seen from all around has no loose sheets, and each would keep it from being watertight. Open
 /// scenes keep theirs: leaves, wires and cars are such sheets.
 /// `is_border`: per loop, whether it is an outer border. The loops' components are indices of
-/// `pieces`. A piece that shares a loop with others is kept.
+/// `pieces`. Pieces that touch in a vertex share a loop there: they are judged as one.
 std::vector<std::uint8_t> find_crumbs(std::span<const BoundaryLoop> loops,
                                       std::span<const Piece> pieces,
                                       std::span<const std::uint8_t> is_border);
+
+/// Takes pieces, and all that touch them, out of the crumbs.
+void keep_pieces(std::span<const BoundaryLoop> loops, std::span<const std::uint64_t> kept,
+                 std::span<std::uint8_t> crumbs);
 
 }  // namespace orbweave

@@ -174,7 +174,7 @@ std::string stitch_key(const ResolvedJob& job, const std::string& mesh_key) {
 
 std::string hole_key(const ResolvedJob& job, const std::string& mesh_key) {
   constexpr std::array<std::string_view, 1> kNotTheirs = {"enabled"};
-  return mesh_key + key_line("layout of holes", "24") + section_lines(job, "fill", kNotTheirs);
+  return mesh_key + key_line("layout of holes", "25") + section_lines(job, "fill", kNotTheirs);
 }
 
 std::string check_key(const ResolvedJob& job, const std::string& mesh_key) {
