@@ -174,7 +174,8 @@ std::vector<std::uint32_t> measured_points(const MeshIndex& index, const Disc& d
 double confidence_of(const HoleFacts& facts) {
   const double spacing = facts.perimeter / static_cast<double>(facts.edges);
   return patch_confidence({.width = 4.0 * facts.area / (facts.perimeter * spacing),
-                           .rim_angle = facts.rim_mean_deg * std::numbers::pi / 180.0});
+                           .rim_angle = facts.rim_mean_deg * std::numbers::pi / 180.0,
+                           .in_object = true});
 }
 
 Patch fill_by_engine(const MeshIndex& index, const Disc& disc, const Cut& around,

@@ -59,13 +59,12 @@ std::string joined(std::string a, std::string_view b) {
   return a += b;
 }
 
-/// A patch of several parts has theirs already. The rim of a hole in an object seen from all around
-/// is rough because the surface curves. What is missing of an open scene lies in the shadow of
-/// something, and a rough rim runs over both.
+/// A patch of several parts has theirs already. What is missing of an open scene lies in the shadow
+/// of something, and a rough rim runs over both.
 void judge(const HoleProblem& problem, const PatchOptions& options, HolePatch& patch) {
   if (patch.confidence > 0.0 || !(rim_spacing(problem) > 0.0)) return;
   PatchEvidence evidence = evidence_of(problem, patch);
-  if (!options.in_scene && !evidence.is_pane) evidence.roughness = 0.0;
+  evidence.in_object = !options.in_scene;
   patch.confidence = patch_confidence(evidence);
 }
 

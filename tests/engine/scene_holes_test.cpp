@@ -290,6 +290,10 @@ TEST_CASE("ConfidenceFallsWithTheWidthTheTurnAtTheRimAndTheRoughnessOfTheRim") {
   CHECK(patch_confidence({.width = 15.0, .roughness = 1.5}) < kDoubtful);
   CHECK(patch_confidence({.width = 2.0, .roughness = 1.5}) > 0.9);
   CHECK(patch_confidence({.width = 30.0, .rim_angle = std::numbers::pi}) > 0.0);
+  // In an object seen from all around nothing else hides.
+  CHECK(patch_confidence({.width = 80.0, .rim_angle = 0.0, .in_object = true}) ==
+        Approx(kDoubtful));
+  CHECK(patch_confidence({.width = 15.0, .roughness = 1.5, .in_object = true}) > 0.9);
   // A pane is as right as its rim is flat, whatever its width and the turn.
   CHECK(patch_confidence({.width = 40.0, .rim_angle = 1.5, .roughness = 0.3, .is_pane = true}) >
         0.9);

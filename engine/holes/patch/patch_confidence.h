@@ -21,6 +21,9 @@ struct PatchEvidence {
   /// The patch is flat and closes an opening in a wall: a pane. Neither its width nor the turn at
   /// the rim leads such a patch astray.
   bool is_pane = false;
+  /// The hole is one of an object seen from all around: nothing else hides in it, and its rim is
+  /// rough because the surface curves.
+  bool in_object = false;
 };
 
 /// From 0 to 1: about the share of such patches whose points are two spacings or less from the
