@@ -208,6 +208,8 @@ void run_points(StageRunner& runner, RunResults& results) {
   if (!runner.communicator.is_root()) return;
   for (const std::string& objection : objections_to_points(runner.job, results.partition))
     runner.warn(objection);
+  const std::string chunks = objection_to_chunks(runner.job, results.partition.points());
+  if (!chunks.empty()) runner.warn(chunks);
   warn_of_placeholder_normals(runner, results.partition);
 }
 

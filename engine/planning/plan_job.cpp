@@ -305,7 +305,8 @@ JobPlan plan_job(const Job& wanted, Progress& progress, const StopToken& stop) {
   plan.doubts.insert(plan.doubts.end(), cloud.doubts.begin(), cloud.doubts.end());
   plan.doubts.insert(plan.doubts.end(), sampled.doubts.begin(), sampled.doubts.end());
   for (const std::string& objection :
-       {objection_to_missed_scans(job), objection_to_missing_poses(job)})
+       {objection_to_missed_scans(job), objection_to_missing_poses(job),
+        objection_to_chunks(job, plan.points)})
     if (!objection.empty()) plan.doubts.push_back(objection);
   measured.normals = plan.normals = normals_of(job, cloud);
   for (std::string& objection : objections_to_points(job, measured))

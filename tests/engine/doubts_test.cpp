@@ -269,6 +269,24 @@ TEST_CASE("LevelsThatDoNotReachTheSparsePartAreWarnedOf") {
   CHECK_FALSE(warns_of(given, what));
 }
 
+TEST_CASE("ThousandsOfTinyChunksAreWarnedOf") {
+  ScratchDirectory scratch;
+  Job job = job_without_fill(scratch, noisy_torus(12'000, 0.1, 3));
+  const std::string what = "is faster and makes the same mesh";
+  CHECK_FALSE(doubts(job, what));
+  job.partition.chunk_points = 100;
+  CHECK_FALSE(doubts(job, what));
+  job.partition.chunk_points = 10;
+  CHECK(doubts(job, what));
+}
+
+TEST_CASE("ARunOfThousandsOfTinyChunksWarnsOfThem", "[costly]") {
+  ScratchDirectory scratch;
+  Job job = job_without_fill(scratch, noisy_torus(2'000, 0.1, 3));
+  job.partition.chunk_points = 2;
+  CHECK(warns_of(job, "is faster and makes the same mesh"));
+}
+
 TEST_CASE("PointsThatComeTwiceAreWarnedOf") {
   ScratchDirectory scratch;
   NamedCloud twice = without_normals(noisy_torus(20000, 0.1, 3));

@@ -139,6 +139,16 @@ std::vector<std::string> objections_to_system(const Partition& partition) {
 
 }  // namespace
 
+std::string objection_to_chunks(const ResolvedJob& job, std::uint64_t points) {
+  constexpr std::uint64_t kSmall = 1'000, kMany = 1'000;
+  const std::uint64_t most = job.partition.chunk_points;
+  if (most == 0 || most >= kSmall || points / most < kMany) return {};
+  return setting(job, "partition.chunk_points", std::to_string(most)) + " cuts " +
+         format_count(points) + " points into " + format_count(points / most) +
+         " chunks or more, and each of them works on the points around its own as well; " +
+         setting(job, "partition.chunk_points", "auto") + " is faster and makes the same mesh";
+}
+
 std::vector<std::string> objections_to_points(const ResolvedJob& job, const Partition& partition) {
   std::vector<std::string> objections = {objection_to_units(job, partition)};
   for (std::string& objection : objections_to_system(partition))

@@ -2,6 +2,7 @@
 // it in doubt.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,5 +20,9 @@ std::vector<std::string> objections_to_points(const ResolvedJob& job, const Part
 /// spacing, and `cleaning` does not thin them to a larger one. Empty: they do not.
 std::string objection_to_steps(const ResolvedJob& job, const Partition& scans,
                                const CleaningOptions& cleaning);
+
+/// What to say of a number of points per chunk that makes so many chunks that most of the work is
+/// done on their halos; empty otherwise. `points`: of the whole cloud.
+std::string objection_to_chunks(const ResolvedJob& job, std::uint64_t points);
 
 }  // namespace orbweave
