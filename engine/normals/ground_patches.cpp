@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <tuple>
 
+#include "engine/geometry/disjoint_sets.h"
 #include "engine/geometry/plane_axes.h"
 #include "engine/normals/part_shape.h"
 
@@ -100,6 +101,44 @@ bool is_round(const PartShape& shape) {
   return (shape.area_normal.z < 0.0 ? -shape.bulge : shape.bulge) > kRound;
 }
 
+/// The patches that votes connect with ground, but with little of it.
+std::vector<std::uint32_t> rows_of_little_floor(std::span<const PatchSum> sums,
+                                                std::span<const SignedEdge> edges, Vec3 up,
+                                                std::span<const std::uint8_t> is_ground) {
+  // Half of what faces up or down is the floor of a room; furniture stands on some of it, and
+  // patches that bend up to a wall are no floor. What scanners see of the underside of a ball, and
+  // is flat enough to be ground, is a tenth of that at most.
+  constexpr double kLeastFloor = 0.15;
+  DisjointSets connected(sums.size());
+  for (const SignedEdge& edge : edges) connected.unite(edge.a, edge.b);
+  std::vector<double> level(sums.size()), floor(sums.size());  // by part, as seen from above
+  for (std::uint32_t v = 0; v < sums.size(); ++v) {
+    const double seen = std::abs(dot(sums[v].area_normal, up));
+    level[connected.find(v)] += seen;
+    if (is_ground[v]) floor[connected.find(v)] += seen;
+  }
+  std::vector<std::uint32_t> rows;
+  for (std::uint32_t v = 0; v < sums.size(); ++v) {
+    const std::uint32_t part = connected.find(v);
+    if (floor[part] > 0.0 && floor[part] < kLeastFloor * level[part]) rows.push_back(v);
+  }
+  return rows;
+}
+
+/// The edges between some of the nodes, by their numbers among these. `rows`: ascending; an edge
+/// has both of its nodes among them or none.
+std::vector<SignedEdge> edges_among(std::span<const SignedEdge> edges,
+                                    std::span<const std::uint32_t> rows, std::size_t nodes) {
+  const auto absent = static_cast<std::uint32_t>(rows.size());
+  std::vector<std::uint32_t> number_of(nodes, absent);
+  for (std::uint32_t k = 0; k < absent; ++k) number_of[rows[k]] = k;
+  std::vector<SignedEdge> among;
+  for (const SignedEdge& edge : edges)
+    if (number_of[edge.a] != absent)
+      among.push_back({number_of[edge.a], number_of[edge.b], edge.votes, edge.weight});
+  return among;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> find_ground(std::span<const PatchSum> sums, double cell, Vec3 up,
@@ -123,24 +162,19 @@ std::vector<std::uint8_t> find_ground(std::span<const PatchSum> sums, double cel
   return is_ground;
 }
 
-void leave_out_undersides(std::span<const PatchSum> sums, const SignedParts& parts, Vec3 up,
-                          std::span<std::uint8_t> is_ground) {
-  // Half of what faces up or down is the floor of a room; furniture stands on some of it, and
-  // patches that bend up to a wall are no floor. What scanners see of the underside of a ball, and
-  // is flat enough to be ground, is a tenth of that at most.
-  constexpr double kLeastFloor = 0.15;
-  std::vector<double> level(sums.size()), floor(sums.size());  // by part, as seen from above
-  for (std::uint32_t v = 0; v < sums.size(); ++v) {
-    const double seen = std::abs(dot(sums[v].area_normal, up));
-    level[parts.part[v]] += seen;
-    if (is_ground[v]) floor[parts.part[v]] += seen;
-  }
-  std::vector<std::uint8_t> is_object(sums.size());
-  for (const PartShape& shape : shapes_of_parts(sums, parts))
-    is_object[shape.first] =
-        is_round(shape) && floor[shape.first] < kLeastFloor * level[shape.first];
-  for (std::uint32_t v = 0; v < sums.size(); ++v)
-    if (is_object[parts.part[v]]) is_ground[v] = 0;
+void leave_out_undersides(std::span<const PatchSum> sums, std::span<const SignedEdge> edges,
+                          Vec3 up, std::span<std::uint8_t> is_ground, const StopToken* stop) {
+  const std::vector<std::uint32_t> rows = rows_of_little_floor(sums, edges, up, is_ground);
+  if (rows.empty()) return;
+  std::vector<PatchSum> of_rows;
+  for (const std::uint32_t row : rows) of_rows.push_back(sums[row]);
+  const SignedParts parts = join_by_votes(static_cast<std::uint32_t>(rows.size()),
+                                          edges_among(edges, rows, sums.size()), {.stop = stop});
+  std::vector<std::uint8_t> is_object(rows.size());
+  for (const PartShape& shape : shapes_of_parts(of_rows, parts))
+    is_object[shape.first] = is_round(shape);
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    if (is_object[parts.part[k]]) is_ground[rows[k]] = 0;
 }
 
 }  // namespace orbweave

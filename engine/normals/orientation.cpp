@@ -233,9 +233,7 @@ PatchOrientation orient_patch_graph(std::vector<PatchSum> sums, std::vector<Patc
   std::vector<std::uint8_t> is_ground(sums.size());
   if (options.ground) {
     is_ground = find_ground(sums, options.cell, options.up, options.stop);
-    leave_out_undersides(
-        sums, join_by_votes(static_cast<std::uint32_t>(sums.size()), edges, {.stop = options.stop}),
-        options.up, is_ground);
+    leave_out_undersides(sums, edges, options.up, is_ground, options.stop);
     const std::vector<SignedEdge> to_sky = ground_edges(sums, is_ground, options.up);
     all.insert(all.end(), to_sky.begin(), to_sky.end());
   }
