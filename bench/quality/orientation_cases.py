@@ -42,6 +42,7 @@ CASES = {
     "room with a partition": (scenes.room_with_partition, ["auto", "ground"]),
     "corridor": (scenes.corridor, ["auto", "ground"]),
     "tunnel, even": (scenes.tunnel, ["auto", "ground"]),
+    "cave, even": (scenes.cave, ["auto", "ground"]),
     "ball in a room": (scenes.ball_in_room, ["auto", "ground"]),
     "balls on a floor": (scenes.balls_on_a_floor, ["auto", "ground"]),
     "mug on a table": (scenes.mug_on_a_table, ["auto", "ground"]),

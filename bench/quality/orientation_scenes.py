@@ -137,6 +137,11 @@ def tunnel(points_along=300, seed=1):
     return revolved([(2.5, 0.0), (2.5, 40.0)], 40.0 / points_along, seed, inward=True, axis=0)
 
 
+def cave(spacing=0.06):
+    """Open at both ends, wide at one of them, evenly dense."""
+    return revolved([(2.5, 0.0), (2.2, 5.0), (3.0, 10.0), (2.0, 15.0)], spacing, inward=True, axis=0)
+
+
 def facade(rays=80_000):
     """A wall with windows, and nothing else."""
     walls = holed_wall([0, 10, 0], [12, 0, 0], [0, 0, 8], (0.4, 0.3, 0.6, 0.6))

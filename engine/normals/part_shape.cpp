@@ -1,5 +1,6 @@
 #include "engine/normals/part_shape.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,8 +13,8 @@ namespace {
 /// Sums over the patches of a part.
 struct Sums {
   Box bounds;
-  SymmetricMatrix normals;  // outer products of unit normals, by area
-  double level = 0.0;       // area of nearly level patches
+  SymmetricMatrix enclosed;  // symmetric part of outer products of area vectors and places
+  double level = 0.0;        // area of nearly level patches
   // Of nearly upright patches: the fourth power of the horizontal normal as a complex number, by
   // area. Normals at right angles to each other add up.
   double four_x = 0.0, four_y = 0.0;
@@ -42,8 +43,6 @@ void add_direction(const PatchSum& patch, Sums& sums) {
   const double area = surface_area(patch);
   if (!(area > 0.0)) return;
   const Vec3 n = normalized(patch.area_normal);
-  const SymmetricMatrix m = outer(n);
-  sums.normals += {area * m.xx, area * m.xy, area * m.xz, area * m.yy, area * m.yz, area * m.zz};
   if (std::abs(n.z) > kAlong) sums.level += area;
   const double flat = n.x * n.x + n.y * n.y;
   if (std::abs(n.z) > kAcross) return;
@@ -52,11 +51,14 @@ void add_direction(const PatchSum& patch, Sums& sums) {
   sums.four_y += area * 2.0 * x2 * y2;
 }
 
-/// A closed surface has normals to all sides: along any direction it has two silhouettes.
-bool is_tube(const Sums& sums, double area) {
-  constexpr double kNone = 0.02, kSome = 0.15;
-  const SymmetricEigen eigen = eigen_of(sums.normals);
-  return eigen.values[0] < kNone * area && eigen.values[1] > kSome * area;
+/// Of a closed surface, whatever its shape, the integral of the outer product of normal and place
+/// is the volume along every axis (divergence theorem). What is open at both ends lacks the axis
+/// through them; what is open at one end lacks about half of it.
+bool is_tube(const Sums& sums) {
+  constexpr double kOpenAtBothEnds = 0.4, kRound = 0.5;
+  std::array<double, 3> volumes = eigen_of(sums.enclosed).values;
+  if (volumes[0] + volumes[1] + volumes[2] < 0.0) volumes = {-volumes[2], -volumes[1], -volumes[0]};
+  return volumes[0] < kOpenAtBothEnds * volumes[1] && volumes[1] > kRound * volumes[2];
 }
 
 bool is_box(const Sums& sums, double area) {
@@ -74,13 +76,19 @@ bool points_down(Vec3 area_normal) {
   return false;
 }
 
+/// The symmetric part of the outer product.
+SymmetricMatrix symmetric_product(Vec3 a, Vec3 b) {
+  return {a.x * b.x, 0.5 * (a.x * b.y + a.y * b.x), 0.5 * (a.x * b.z + a.z * b.x),
+          a.y * b.y, 0.5 * (a.y * b.z + a.z * b.y), a.z * b.z};
+}
+
 void finish(const Sums& sums, PartShape& shape) {
   const double diagonal = norm(sums.bounds.max - sums.bounds.min);
   shape.kind = kind_of(shape, diagonal);
   if (!(shape.area > 0.0)) return;
   shape.openness = norm(shape.area_normal) / shape.area;
   if (diagonal > 0.0) shape.bulge = 2.0 * shape.flux / (shape.area * diagonal);
-  shape.is_tube = is_tube(sums, shape.surface);
+  shape.is_tube = is_tube(sums);
   shape.is_box = is_box(sums, shape.surface);
 }
 
@@ -107,7 +115,10 @@ std::vector<PartShape> shapes_of_parts(std::span<const PatchSum> sums, const Sig
     PartShape& shape = shapes[row];
     shape.center = of[row].center();
     const double sign = parts.turn[v] ? -1.0 : 1.0;
-    shape.area_normal = shape.area_normal + sign * sums[v].area_normal;
+    const Vec3 normal = sign * sums[v].area_normal;
+    const Vec3 place = sums[v].lowest + 0.5 * (sums[v].highest - sums[v].lowest) - shape.center;
+    of[row].enclosed += symmetric_product(normal, place);
+    shape.area_normal = shape.area_normal + normal;
     shape.area += norm(sums[v].area_normal);
     shape.surface += surface_area(sums[v]);
     shape.flux +=

@@ -29,7 +29,7 @@ struct PartShape {
   PartKind kind = PartKind::kShell;
   double openness = 0.0;  ///< size of the area vector per area: 0 closed, 1 a plane
   double bulge = 0.0;     ///< flux per area and half diagonal: positive where normals point outward
-  bool is_tube = false;   ///< its normals leave one direction out, and no other
+  bool is_tube = false;   ///< open at two ends across from each other
   bool is_box = false;    ///< level and upright planes, these at right angles to each other
 };
 

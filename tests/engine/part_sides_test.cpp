@@ -193,6 +193,21 @@ TEST_CASE("OpenPartsWithoutAnUpSideAreAGuess") {
     const Oriented result = oriented(cloud);
     CHECK(result.found.doubtful_area > 0.9);
   }
+  SECTION("a cave that narrows from one end to the other") {
+    PointCloud cloud;
+    const auto add_ring = [&](double x, double radius, double wider) {
+      const int around = static_cast<int>(6.2832 * radius);
+      for (int k = 0; k < around; ++k) {
+        const double a = 6.2832 * (k + 0.3 * x) / around;
+        cloud.positions.push_back({x, radius * std::cos(a), radius * std::sin(a)});
+        cloud.normals.push_back(normalized(Vec3{wider, -std::cos(a), -std::sin(a)}));
+      }
+    };
+    for (int x = 0; x < 120; ++x) add_ring(x, 20.0 + 0.2 * x, 0.2);
+    const Oriented result = oriented(cloud);
+    CHECK(result.found.doubtful_area > 0.9);
+    CHECK(result.found.doubtful.front().doubt == PartDoubt::kTube);
+  }
   SECTION("the outer side of a bowl") {
     PointCloud ball, cloud;
     add_ball({}, 40.0, 1.0, ball);
