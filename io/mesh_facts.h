@@ -76,6 +76,8 @@ struct SideFacts {
   std::uint64_t steep = 0;  ///< most neighbours lie in the normal's direction rather than beside it
   std::uint64_t smooth = 0;  ///< the point and its neighbours lie on one surface, by their normals
   std::uint64_t seams = 0;  ///< of the smooth points, those with neighbours that face the other way
+  std::uint64_t upward = 0;          ///< normals within 45 degrees of the positive z axis
+  std::uint64_t downward = 0;        ///< and of the negative one
   std::uint64_t first_seam = kNone;  ///< canonical number of the first of them
   Vec3 place;                        ///< of that one
 
@@ -84,6 +86,8 @@ struct SideFacts {
     steep += other.steep;
     smooth += other.smooth;
     seams += other.seams;
+    upward += other.upward;
+    downward += other.downward;
     if (other.first_seam < first_seam) {
       first_seam = other.first_seam;
       place = other.place;

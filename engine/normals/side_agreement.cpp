@@ -55,7 +55,10 @@ class Looker {
       if (voice == Voice::kSameSide) ++same;
       if (voice == Voice::kOtherSide) ++other;
     }
+    constexpr double kLevel = 0.7;
     ++facts.looked;
+    if (normal.z > kLevel) ++facts.upward;
+    if (normal.z < -kLevel) ++facts.downward;
     if (2 * steep >= kNeighbors) ++facts.steep;
     if (same + other + 1 < kNeighbors) return;
     ++facts.smooth;

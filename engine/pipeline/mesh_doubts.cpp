@@ -128,6 +128,14 @@ bool contradict(const SideFacts& sides, std::uint64_t points_of_cloud) {
   return static_cast<double>(sides.seams * one_in) > kLongSeam * std::sqrt(smooth);
 }
 
+/// What is level faces down, as ceilings do.
+bool is_upside_down(const SideFacts& sides) {
+  constexpr std::uint64_t kMost = 10, kLeastLevel = 5;  // a tenth faces up; a fifth is level
+  return sides.looked >= kFewestLookedAt &&
+         (sides.upward + sides.downward) * kLeastLevel >= sides.looked &&
+         sides.downward > kMost * sides.upward;
+}
+
 /// What to do about normals that were not turned by their neighbours.
 std::string advice_on_sides(const StageRunner& runner, const RunResults& results) {
   if (results.partition.normals.source == NormalSource::kFile)
@@ -154,6 +162,12 @@ void warn_of_sides(StageRunner& runner, const RunResults& results) {
                 " of the points on smooth surface neighbours face opposite sides, first near " +
                 format_position(sides.place) +
                 "; around there parts of the mesh face the wrong way, overlap or are missing; " +
+                advice_on_sides(runner, results));
+  if (runner.job.normals.orientation == Orientation::kGround &&
+      results.partition.normals.source == NormalSource::kFile && is_upside_down(sides))
+    runner.warn("the input's normals face down where the surface is level, at " +
+                percent(sides.downward, sides.upward + sides.downward) +
+                " of these points: the ground of the mesh faces down; " +
                 advice_on_sides(runner, results));
 }
 

@@ -84,6 +84,25 @@ TEST_CASE("NormalsOfTheFileThatAreNotThoseOfThePointsAreWarnedOf") {
   CHECK_FALSE(warns([](Vec3, Vec3 n) { return n; }));
 }
 
+TEST_CASE("GroundWhoseNormalsOfTheFileFaceDownIsWarnedOf") {
+  const std::string what = "face down where the surface is level";
+  const ScratchDirectory scratch;
+  NamedCloud ground = uneven_sheet({});
+  const auto job_of = [&](Orientation orientation) {
+    Job job = job_without_fill(scratch, ground);
+    job.normals.orientation = orientation;
+    return job;
+  };
+  CHECK_FALSE(warns_of(job_of(Orientation::kGround), what));
+  for (Vec3& normal : ground.cloud.normals) normal = {0, 0, -1};
+  CHECK(warns_of(job_of(Orientation::kGround), what));
+  // Of a depth camera z is the direction in which it looks.
+  CHECK_FALSE(warns_of(job_of(Orientation::kAuto), what));
+  Job estimated = job_of(Orientation::kGround);
+  estimated.normals.source = NormalSource::kEstimate;
+  CHECK_FALSE(warns_of(estimated, what));
+}
+
 TEST_CASE("TheSidesOfAThinPlateAreNoContradiction") {
   ScratchDirectory scratch;
   for (const double steps : {0.5, 1.0, 2.0})

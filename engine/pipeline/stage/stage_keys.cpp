@@ -157,7 +157,7 @@ std::string mesh_key(const ResolvedJob& job, const std::string& points_key,
   std::string values;
   for (const double radius : radii) values += (values.empty() ? "" : ", ") + format_exact(radius);
   if (is_in_core(job.reconstruct.method)) values += "; layout of the method 2";
-  return points_key + chunks_line(partition) + key_line("layout of the mesh", "6") +
+  return points_key + chunks_line(partition) + key_line("layout of the mesh", "7") +
          key_line("reconstruct.method", std::to_string(static_cast<int>(job.reconstruct.method))) +
          key_line("reconstruct.ball_radii", "[" + values + "]");
 }
@@ -168,7 +168,7 @@ std::string power_crust_key(const ResolvedJob& job, const std::string& points_ke
 }
 
 std::string stitch_key(const ResolvedJob& job, const std::string& mesh_key) {
-  return mesh_key + key_line("layout of the stitch", "4") +
+  return mesh_key + key_line("layout of the stitch", "5") +
          key_line("boundary", job.fill.enabled ? "kept" : "counted");
 }
 

@@ -18,7 +18,7 @@ ArrayView view(const char* name, ScalarType type, std::uint32_t columns, const s
 static_assert(sizeof(OpenFan) == 32 && sizeof(BoundaryVertex) == 56 && sizeof(ChunkPiece) == 80,
               "stored as rows of 64-bit words");
 
-std::array<std::uint64_t, 10> doubt_counts(const VoronoiFacts& voronoi, const SideFacts& sides) {
+std::array<std::uint64_t, 12> doubt_counts(const VoronoiFacts& voronoi, const SideFacts& sides) {
   return {voronoi.undersampled_points,
           voronoi.uncertified_points,
           voronoi.grown_boxes,
@@ -28,18 +28,22 @@ std::array<std::uint64_t, 10> doubt_counts(const VoronoiFacts& voronoi, const Si
           sides.steep,
           sides.smooth,
           sides.seams,
+          sides.upward,
+          sides.downward,
           sides.first_seam};
 }
 
 void take_doubt_counts(std::span<const std::uint64_t> counts, VoronoiFacts& voronoi,
                        SideFacts& sides) {
-  if (counts.size() != 10) throw std::logic_error("a stored mesh with other counts");
+  if (counts.size() != 12) throw std::logic_error("a stored mesh with other counts");
   voronoi = {counts[0], counts[1], counts[2], counts[3], counts[4]};
   sides.looked = counts[5];
   sides.steep = counts[6];
   sides.smooth = counts[7];
   sides.seams = counts[8];
-  sides.first_seam = counts[9];
+  sides.upward = counts[9];
+  sides.downward = counts[10];
+  sides.first_seam = counts[11];
 }
 
 void commit_chunk_mesh(ChunkStore& store, ChunkId chunk, const ChunkMesh& mesh) {

@@ -19,7 +19,7 @@ inline constexpr const char* kStoredOuter = "outer_vertices";
 inline constexpr const char* kStoredUndersampled = "undersampled";
 
 /// What is counted beside a mesh, of a chunk or of the whole, as it is stored behind other counts.
-std::array<std::uint64_t, 10> doubt_counts(const VoronoiFacts& voronoi, const SideFacts& sides);
+std::array<std::uint64_t, 12> doubt_counts(const VoronoiFacts& voronoi, const SideFacts& sides);
 /// `counts`: doubt_counts(); `sides.place` stays.
 void take_doubt_counts(std::span<const std::uint64_t> counts, VoronoiFacts& voronoi,
                        SideFacts& sides);
