@@ -84,10 +84,19 @@ class SampleValues {
              parse_value(row[column], ScalarType::kUint8, value.data()) == ParseOutcome::kNumber;
     });
   }
-  /// How many columns in a row are so.
+  /// The same written with a decimal point, as 128.000 or 1.28e+02; 0.0 and 1.0 alone may as well
+  /// be fractions or marks.
+  bool is_decimal_byte(std::size_t column) const {
+    constexpr double kMost = 255.0;
+    const std::optional<double> largest = largest_whole(column);
+    return largest && *largest > 1.0 && *largest <= kMost && has_decimals(column);
+  }
+  /// How many columns in a row hold bytes in one notation.
   std::size_t bytes_from(std::size_t column) const {
     std::size_t end = column;
     while (is_byte(end)) ++end;
+    if (end == column)
+      while (is_decimal_byte(end)) ++end;
     return end - column;
   }
   /// The largest of whole numbers from 0 on, be they written as 128, 128.000 or 1.28e2; nothing

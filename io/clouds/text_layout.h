@@ -56,10 +56,10 @@ struct TextSample {
 
 /// Columns as the options say, else as the header line (or a comment in its place) says, else by
 /// their number and values: x y z; then three columns of unit vectors are normals, three of
-/// integers from 0 to 255 are red, green and blue; .pts has intensity (float32: its integers from
-/// -2048 to 2047, and the fractions that some write) before its colours; .xyzn and .xyzrgb have
-/// what they are named after; any other column is an attribute "c4" (by its place). Throws Error:
-/// usage for options that make no sense, bad input where x, y and z cannot be found.
+/// whole numbers from 0 to 255 are red, green and blue; .pts has intensity (float32: its integers
+/// from -2048 to 2047, and the fractions that some write) before its colours; .xyzn and .xyzrgb
+/// have what they are named after; any other column is an attribute "c4" (by its place). Throws
+/// Error: usage for options that make no sense, bad input where x, y and z cannot be found.
 TextLayout find_text_layout(const TextSample& sample, const TextOptions& options);
 
 /// The columns of doubles in which the sample has whole numbers that a double rounds, such as

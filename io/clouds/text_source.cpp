@@ -273,7 +273,7 @@ class TextSource final : public PointSource {
       return std::to_string(layout_.first_color + column);
     };
     return "the meaning of columns " + place(1) + " to " + place(layout_.color_candidates) +
-           ", which have no names and hold integers from 0 to 255: " + place(1) + " to " +
+           ", which have no names and hold whole numbers from 0 to 255: " + place(1) + " to " +
            place(3) +
            " are taken for red, green and blue (input.columns, --columns, says what they are)";
   }

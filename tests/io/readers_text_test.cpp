@@ -323,6 +323,26 @@ TEST_CASE("ColumnsWithoutNamesAreToldByTheirValues") {
         Names{"intensity", "red", "green", "blue"});
 }
 
+TEST_CASE("ColorsWithoutNamesMayBeWrittenWithDecimals") {
+  // NumPy's savetxt writes all columns of an array alike.
+  const PointCloud cloud =
+      read_text("a.txt",
+                "1.000e+00 2.000e+00 3.000e+00 1.280e+02 0.000e+00 9.000e+00\n"
+                "4.500e+00 5.000e+00 6.000e+00 2.550e+02 7.000e+00 0.000e+00\n");
+  CHECK(attribute_names(cloud.schema) == Names{"red", "green", "blue"});
+  CHECK(cloud.schema.attributes[0].type == ScalarType::kUint8);
+  CHECK(attribute_value(cloud, 1, 0) == 255.0);
+  const auto names = [](const std::string& content) {
+    return attribute_names(read_text("a.txt", content).schema);
+  };
+  CHECK(names("1 2 3 128.000 2.000 9.000\n") == Names{"red", "green", "blue"});
+  CHECK(names("1 2 3 0.25 128.0 2.0 9.0\n") == Names{"c4", "red", "green", "blue"});
+  const Names places = {"c4", "c5", "c6"};
+  CHECK(names("1 2 3 128.0 2.0 1.0\n4 5 6 7.0 3.0 1.0\n") == places);
+  CHECK(names("1 2 3 128.0 2.0 9.5\n") == places);
+  CHECK(names("1 2 3 256.0 2.0 9.0\n") == places);
+}
+
 TEST_CASE("ColumnsThatMayAsWellBeColorsAreTold") {
   const auto told = [](const std::string& name, const std::string& content,
                        const TextOptions& text = {}) {
