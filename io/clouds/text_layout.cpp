@@ -347,8 +347,11 @@ TextLayout find_text_layout(const TextSample& sample, const TextOptions& options
     narrow_colors(sample, layout);
     return layout;
   }
-  const auto hinted = named_columns(fields_of(sample.comment, layout.separator));
-  if (hinted.size() == fields.size() && names_position(hinted) && find_twice(hinted) == nullptr) {
+  // Names in a comment may have a separator of their own: # x, y, z before numbers with blanks.
+  for (const char separator : {layout.separator, find_separator(sample.comment)}) {
+    const auto hinted = named_columns(fields_of(sample.comment, separator));
+    if (hinted.size() != fields.size() || !names_position(hinted) || find_twice(hinted) != nullptr)
+      continue;
     layout.columns = hinted;
     narrow_colors(sample, layout);
     return layout;

@@ -272,6 +272,20 @@ TEST_CASE("HeaderLinesNameTheColumns") {
   CHECK(attribute_names(comment.schema) == Names{"temperature"});
 }
 
+TEST_CASE("NamesInACommentMayHaveASeparatorOfTheirOwn") {
+  const auto names = [](const std::string& content) {
+    const PointCloud cloud = read_text("a.txt", content);
+    CHECK(cloud.positions == std::vector<Vec3>{{1, 2, 3}});
+    return attribute_names(cloud.schema);
+  };
+  // NumPy's savetxt writes its header so, whatever its delimiter.
+  CHECK(names("# x, y, z, intensity\n1 2 3 0.5\n") == Names{"intensity"});
+  CHECK(names("# intensity,x,y,z\n0.5 1 2 3\n") == Names{"intensity"});
+  CHECK(names("//X Y Z R G B\n1,2,3,10,20,30\n") == Names{"red", "green", "blue"});
+  CHECK(names("# x; y; z; gps time\n1 2 3 0.5\n") == Names{"gps time"});
+  CHECK(names("# x, y and z in metres\n1 2 3 0.5\n") == Names{"c4"});
+}
+
 TEST_CASE("ColumnsOfAHeaderMayNameTheirUnits") {
   const PointCloud riscan = read_text("a.csv", "X[m],Y[m],Z[m],Amplitude[dB]\n1,2,3,4.5\n");
   CHECK(riscan.positions == std::vector<Vec3>{{1, 2, 3}});
