@@ -283,6 +283,18 @@ bool has_commas_for_both(std::string_view line) {
   return commas >= kFewest && commas % 2 == 1;
 }
 
+/// Whether three digits stand between a mark within a number and its decimal point, as in 1,234.5
+/// and 1'234.5, or an apostrophe in a number without one.
+bool sets_off_thousands(std::string_view text) {
+  constexpr std::size_t kGroup = 3;
+  if (text.find('\'') != text.npos) return true;
+  for (std::size_t i = text.find(','); i != text.npos; i = text.find(',', i + 1)) {
+    const std::size_t end = std::min(text.find_first_not_of("0123456789", i + 1), text.size());
+    if (end == i + 1 + kGroup && end < text.size() && text[end] == '.') return true;
+  }
+  return false;
+}
+
 void refuse_commas_for_both(const TextSample& sample) {
   if (!std::ranges::all_of(sample.lines, has_commas_for_both)) return;
   throw_bad_input("commas stand within numbers and between numbers",
@@ -298,15 +310,14 @@ std::vector<TextColumn> header_columns(const TextSample& sample,
   std::vector<TextColumn> columns = named_columns(fields);
   if (!names_position(columns)) {
     const std::size_t at = first_word(fields);
-    const char* const advice = has_decimal_comma(sample.lines[0]) ? kPointsForCommas
-                               : only_words(fields) ? "Name them with input.columns (--columns)"
-                                                    : "";
+    std::string advice = number_advice(sample.lines[0]);
+    if (advice.empty() && only_words(fields)) advice = "Name them with input.columns (--columns)";
     throw_bad_input("this is neither a point nor a header",
                     {.file = sample.file,
                      .place = line_place(sample) + ", column " + std::to_string(at + 1),
                      .found = excerpt(fields[at]),
                      .expected = "a number, or names of columns with x, y and z",
-                     .advice = advice});
+                     .advice = std::move(advice)});
   }
   if (const std::string* name = find_twice(columns))
     throw_bad_input("two columns have one name",
@@ -316,10 +327,12 @@ std::vector<TextColumn> header_columns(const TextSample& sample,
 
 }  // namespace
 
-bool has_decimal_comma(std::string_view text) {
-  const std::size_t comma = text.find(',');
-  return comma != text.npos && comma > 0 && comma + 1 < text.size() &&
-         text.find_first_not_of("0123456789+-.,; \t\r") == text.npos;
+const char* number_advice(std::string_view text) {
+  const std::size_t mark = text.find_first_of(",'");
+  const bool has_mark_within = mark != text.npos && mark > 0 && mark + 1 < text.size();
+  if (!has_mark_within || text.find_first_not_of("0123456789+-.,'\"; \t\r") != text.npos) return "";
+  return sets_off_thousands(text) ? "Write numbers without marks between thousands, such as 1234.5"
+                                  : kPointsForCommas;
 }
 
 TextLayout find_text_layout(const TextSample& sample, const TextOptions& options) {

@@ -32,9 +32,9 @@ struct TextLayout {
   bool may_begin_with_grid = false;
 };
 
-/// Whether a text is numbers alone, with a comma in one of them: a table of a program that writes
-/// 1,5 for 1.5.
-bool has_decimal_comma(std::string_view text);
+/// What to do about a text that is numbers alone, with a mark in one of them: a table of a program
+/// that writes 1,5 for 1.5, or 1,234.5 or 1'234.5 for 1234.5. Empty for any other text.
+const char* number_advice(std::string_view text);
 inline constexpr const char* kPointsForCommas = "Write numbers with a decimal point, such as 1.5";
 
 /// What the ending of a text cloud's name says about columns without names.

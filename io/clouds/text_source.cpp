@@ -218,7 +218,7 @@ class TextSource final : public PointSource {
       advice = "Name the columns, with types, if " + column.name + " is no value from 0 to " +
                (column.type == ScalarType::kUint8 ? "255" : "65535") +
                ": input.columns (--columns)";
-    if (has_decimal_comma(field)) advice = kPointsForCommas;
+    if (*number_advice(field) != '\0') advice = number_advice(field);
     const bool is_place = column.name == "x" || column.name == "y" || column.name == "z";
     if (outcome == ParseOutcome::kNoNumber && !is_place && advice.empty())
       advice = "Leave a column of words out: - in place of " + column.name +

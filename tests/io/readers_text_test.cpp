@@ -218,6 +218,16 @@ TEST_CASE("DecimalCommasAreToldAsSuch") {
   CHECK_THAT(text_error("a.csv", "one,two,three\n").what(), !Contains("decimal point"));
 }
 
+TEST_CASE("MarksBetweenThousandsAreToldAsSuch") {
+  for (const char* const text :
+       {"x,y,z\n\"1,234.5\",\"2,345.6\",\"3,456.7\"\n", "1,234.5 2,345.6 3,456.7\n",
+        "x;y;z\n1;2;1,234,567.5\n", "1'234.5 2'345.6 3'456.7\n", "x;y;z\n1'234;2;3\n"}) {
+    CAPTURE(text);
+    CHECK_THAT(text_error("a.csv", text).what(), Contains("without marks between thousands"));
+  }
+  CHECK_THAT(text_error("a.csv", "1.234,5 2.345,6 3.456,7\n").what(), Contains("decimal point"));
+}
+
 TEST_CASE("CommasWithBlanksBehindSomeOfThemSeparateColumns") {
   for (const char* const text :
        {"1,5, 2,5, 3\n", "1, 5, 2, 5, 3, 5\n", "1,5,2,5,3,5\n", "1,5, 2,5, 3,5\n4,5,5,5,6,5\n"}) {
