@@ -192,7 +192,8 @@ void guess_columns(const TextSample& sample, TextLayout& layout) {
                                values.has_decimals(4);
   std::vector<TextColumn>& columns = layout.columns;
   add_three(columns, {"x", "y", "z"}, ScalarType::kFloat64);
-  if (sample.kind == TextKind::kPts && (count == 4 || count == 7))
+  const bool has_normal_behind_colors = count == 10 && values.are_unit_vectors(7);
+  if (sample.kind == TextKind::kPts && (count == 4 || count == 7 || has_normal_behind_colors))
     columns.push_back({"intensity", ScalarType::kFloat32});
   if (sample.kind == TextKind::kNormals && count >= 6) {
     add_three(columns, kNormal, ScalarType::kFloat64);

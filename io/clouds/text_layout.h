@@ -40,7 +40,7 @@ inline constexpr const char* kPointsForCommas = "Write numbers with a decimal po
 /// What the ending of a text cloud's name says about columns without names.
 enum class TextKind {
   kAny,      ///< nothing
-  kPts,      ///< x y z [intensity [red green blue]], and a count before each scan
+  kPts,      ///< x y z [intensity [red green blue [nx ny nz]]], and a count before each scan
   kNormals,  ///< .xyzn: x y z nx ny nz, of any length
   kColors,   ///< .xyzrgb: x y z red green blue, from 0 to 1 or whole numbers
 };

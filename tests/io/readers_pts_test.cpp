@@ -82,6 +82,9 @@ TEST_CASE("PtsColumnsGoByTheirNumber") {
   CHECK(attribute_value(fractions, 0, 0) == 2047.0);
   CHECK(attribute_value(fractions, 1, 0) == 0.25);
   CHECK(read_pts("1\n1 2 3 0.6 0 -0.8\n").schema.has_normals);
+  const PointCloud normals = read_pts("1\n1 2 3 90 20 30 40 0.6 0 -0.8\n");
+  CHECK(normals.schema.attributes == with_intensity(kColors));
+  CHECK(normals.normals == std::vector<Vec3>{{0.6, 0, -0.8}});
 }
 
 TEST_CASE("EachScanOfAPtsFileMayHaveItsCount") {
