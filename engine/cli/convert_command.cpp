@@ -282,10 +282,7 @@ void print_left_out(const PointSource& source, const ConvertOptions& options) {
 /// way.
 void print_scanners_left_out(const PointSource& source, const ConvertOptions& options) {
   if (options.out == "-") return;
-  std::vector<ScannerPlace> places;
-  for (const ScanFacts& scan : source.facts().scans)
-    if (scan.scanner && scan.points > 0) places.push_back(*scan.scanner);
-  if (const auto only = source.scanner(); only && places.empty()) places.push_back(*only);
+  const std::vector<ScannerPlace> places = scanner_places(source);
   if (places.empty()) return;
   std::string place = origin_text(places.front().vector);
   std::erase(place, ' ');

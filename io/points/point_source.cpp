@@ -20,6 +20,14 @@ std::vector<std::string> not_read(const FileFacts& facts) {
   return all;
 }
 
+std::vector<ScannerPlace> scanner_places(const PointSource& source) {
+  std::vector<ScannerPlace> places;
+  for (const ScanFacts& scan : source.facts().scans)
+    if (scan.scanner && scan.points > 0) places.push_back(*scan.scanner);
+  if (const auto only = source.scanner(); only && places.empty()) places.push_back(*only);
+  return places;
+}
+
 PointCloud read_all(PointSource& source) {
   constexpr std::size_t kBatchPoints = std::size_t{1} << 16;
   PointCloud cloud;

@@ -105,6 +105,9 @@ class PointSource {
 /// All that a file holds and no point has, in words.
 std::vector<std::string> not_read(const FileFacts& facts);
 
+/// Where the scanners of a file stood whose points were read, where it says.
+std::vector<ScannerPlace> scanner_places(const PointSource& source);
+
 /// Reads a whole source into memory.
 PointCloud read_all(PointSource& source);
 

@@ -97,12 +97,14 @@ def plan(job, *, settings=None, progress=None):
 
 
 def read_points(path):
-    """Reads a cloud of any format that the program reads, whole, and returns a PointCloud."""
+    """Reads a cloud of any format that the program reads, whole, and returns a PointCloud. What the file holds and a
+    PointCloud has no place for, such as where scanners stood, is warned of (OrbweaveWarning)."""
     return _orbweave.read_points(path_bytes(path))
 
 
 def read_mesh(path):
-    """Reads a mesh (.ply, .obj, .stl, .glb, .gltf, each also with .gz) and returns a Mesh."""
+    """Reads a mesh (.ply, .obj, .stl, .glb, .gltf, each also with .gz) and returns a Mesh. What the file holds and a Mesh has
+    no place for is warned of (OrbweaveWarning)."""
     return _orbweave.read_mesh(path_bytes(path))
 
 

@@ -19,6 +19,8 @@
 #include "io/meshes/mesh_writer.h"
 #include "io/meshes/shift_file.h"
 #include "io/points/coordinate_system_file.h"
+#include "io/shown_text.h"
+#include "io/text/quantity.h"
 #include "python/src/arrays.h"
 #include "python/src/errors.h"
 #include "python/src/job_calls.h"
@@ -121,25 +123,51 @@ std::unique_ptr<MeshObject> reconstruct_cloud(const CloudObject& cloud, const py
   return object;
 }
 
+/// Warns of what a file holds and the object that was read has no place for.
+void warn_of_left_out(const std::string& path, const std::vector<std::string>& left_out) {
+  std::string text;
+  for (const std::string& what : left_out) text += (text.empty() ? "" : "; ") + shown(what);
+  if (!text.empty()) warn_of(shown(path) + ": not carried over: " + text);
+}
+
+/// Warns of places of scanners, which turn the normals that a cloud lacks the right way.
+void warn_of_scanners(const std::string& path, const std::vector<ScannerPlace>& places) {
+  if (places.empty()) return;
+  const std::string what =
+      places.size() > 1 ? "the places of " + format_count(places.size()) +
+                              " scanners; orbweave.run() turns normals towards them"
+                        : "the place of the scanner; reconstruct(cloud, scanners=[[" +
+                              origin_text(places.front().vector) + "]]) turns normals towards it";
+  warn_of(shown(path) + ": not carried over: " + what);
+}
+
 std::unique_ptr<CloudObject> read_points(const std::string& path) {
   auto object = std::make_unique<CloudObject>();
+  std::vector<std::string> left_out;
+  std::vector<ScannerPlace> places;
   WatchedCall call(py::none{});
   call.run([&] {
     const auto source = open_scan_source(
         open_point_source(path, {.text = {}, .stop = &call.stop()}), {.stop = &call.stop()}, path);
     object->cloud = read_all(*source);
     object->coordinate_system = source->coordinate_system();
+    left_out = not_read(source->facts());
+    if (!object->cloud.schema.has_normals) places = scanner_places(*source);
   });
+  warn_of_left_out(path, left_out);
+  warn_of_scanners(path, places);
   return object;
 }
 
 std::unique_ptr<MeshObject> read_mesh_file(const std::string& path) {
   auto object = std::make_unique<MeshObject>();
+  std::vector<std::string> left_out;
   WatchedCall call(py::none{});
   call.run([&] {
-    object->mesh = read_mesh(path, nullptr, &call.stop());
+    object->mesh = read_mesh(path, &left_out, &call.stop());
     object->coordinate_system = coordinate_system_beside(path);
   });
+  warn_of_left_out(path, left_out);
   return object;
 }
 

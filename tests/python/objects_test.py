@@ -251,6 +251,31 @@ class Clouds(unittest.TestCase):
         self.assertTrue((cloud.attributes["red"] == 7).all())
         self.assertEqual(cloud.coordinate_system, "")
 
+    def test_what_a_file_holds_and_no_object_has_is_warned_of(self):
+        pathlib.Path("lists.ply").write_text(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+            "property list uchar int marks\nelement face 1\nproperty list uchar int vertex_indices\nproperty float quality\n"
+            "end_header\n0 0 0 1 7\n1 0 0 0\n0 1 0 0\n3 0 1 2 0.5\n", encoding="ascii")
+        with self.assertWarnsRegex(orbweave.OrbweaveWarning, "lists.ply: not carried over: vertex list marks") as caught:
+            self.assertEqual(len(orbweave.read_points("lists.ply")), 3)
+        self.assertEqual(caught.filename, __file__)
+        with self.assertWarnsRegex(orbweave.OrbweaveWarning, "lists.ply: not carried over: .*quality"):
+            self.assertEqual(len(orbweave.read_mesh("lists.ply").triangles), 1)
+
+    def test_the_place_of_a_scanner_is_told_and_turns_normals(self):
+        points = "".join(f"{x} {y} {2 + 0.01 * (x % 3)} 0.5\n" for x in range(20) for y in range(20))
+        head = "20\n20\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n100 200 300 1\n"
+        pathlib.Path("room.ptx").write_text(head + points, encoding="ascii")
+        with self.assertWarnsRegex(orbweave.OrbweaveWarning, r"scanners=\[\[100, 200, 300\]\]") as caught:
+            cloud = orbweave.read_points("room.ptx")
+        self.assertEqual(caught.filename, __file__)
+        orbweave.write_mesh("room.ply", orbweave.reconstruct(cloud, scanners=[[100, 200, 300]]))
+        program("reconstruct", "room.ptx", "-o", "program.ply", "--progress", "none")
+        self.assertEqual(bytes_of("room.ply"), bytes_of("program.ply"))
+        pathlib.Path("rooms.ptx").write_text(2 * (head + points), encoding="ascii")
+        with self.assertWarnsRegex(orbweave.OrbweaveWarning, "the places of 2 scanners"):
+            orbweave.read_points("rooms.ptx")
+
     def test_a_cloud_brings_its_normals_itself(self):
         with self.assertRaises(orbweave.UsageError):
             orbweave.reconstruct(orbweave.PointCloud(sphere(500)), sphere(500))
