@@ -461,6 +461,25 @@ TEST_CASE("E57FieldsThatNoPointHasAreTold") {
   CHECK(two.left_out.empty());
 }
 
+TEST_CASE("E57AttributesThatSomeScansLackAreTold") {
+  using Strings = std::vector<std::string>;
+  E57Scan3D first = scan_of(some_points(2));
+  for (const char* const name : {"intensity", "colorRed", "colorGreen", "colorBlue"})
+    first.columns.push_back(integers(name, 0, 255, {1, 2}));
+  E57Scan3D second = scan_of(some_points(2));
+  second.columns.push_back(integers("intensity", 0, 255, {1, 2}));
+  const auto lost = [](const std::vector<E57Scan3D>& scans) {
+    return open_e57(make_e57({.scans = scans}))->facts().lost_values;
+  };
+  CHECK(lost({first, first}).empty());
+  CHECK(lost({first, scan_of({})}).empty());
+  CHECK(lost({first, second, first}) ==
+        Strings{"the lack of red, green, blue in 1 of 3 scans, whose points get 0"});
+  CHECK(lost({second, first, scan_of(some_points(1))}) ==
+        Strings{"the lack of intensity in 1 of 3 scans, whose points get 0",
+                "the lack of red, green, blue in 2 of 3 scans, whose points get 0"});
+}
+
 TEST_CASE("E57PacketsOfOtherKindsAreSteppedOver") {
   E57Scan3D scan = scan_of(some_points(500));
   scan.packet_bytes = {100, 33, 61};  // and the streams run apart

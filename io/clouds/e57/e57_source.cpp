@@ -67,7 +67,7 @@ class E57Source final : public PointSource {
       facts.scans.push_back(
           {scan.given_name, scan.sensor, scan.records, scan.pose, place_of_scanner(i)});
     }
-    facts.lost_values = lost_values_of_e57(document_.scans, layout_.schema.has_normals);
+    facts.lost_values = lost_values_of_e57(document_.scans, layout_);
     if (document_.pictures > 0)
       facts.left_out.push_back(counted_noun(document_.pictures, "picture", "pictures"));
     return facts;
