@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstring>
+#include <span>
 #include <utility>
 
 #include "io/clouds/text_layout.h"
@@ -23,6 +25,20 @@ inline const char* skip_blanks(const char* at, const char* last) {
   return at;
 }
 
+bool is_color(const TextColumn& column) {
+  return column.name == "red" || column.name == "green" || column.name == "blue";
+}
+
+/// A fraction of 255, rounded.
+ParseOutcome parse_color_fraction(std::string_view token, std::byte* out) {
+  double value = 0.0;
+  if (!to_number(token, value)) return ParseOutcome::kNoNumber;
+  if (!(value >= 0.0 && value <= 1.0)) return ParseOutcome::kOutOfRange;
+  constexpr double kMost = 255.0;
+  *out = std::byte{static_cast<std::uint8_t>(std::lround(value * kMost))};
+  return ParseOutcome::kNumber;
+}
+
 class TextSource final : public PointSource {
  public:
   TextSource(ByteReader reader, const TextOptions& options, TextKind kind)
@@ -30,6 +46,7 @@ class TextSource final : public PointSource {
     const TextSample sample = take_sample();
     layout_ = find_text_layout(sample, options);
     rounded_ = rounded_columns(sample, layout_);
+    if (kind_ == TextKind::kColors && !columns_are_named_) take_color_fractions(sample);
     if (layout_.has_header_line) pending_.erase(pending_.begin());
     make_rows_layout();
   }
@@ -108,6 +125,26 @@ class TextSource final : public PointSource {
     sample.first_line = pending_.front().number;
     sample.kind = kind_;
     return sample;
+  }
+
+  /// Colours of .xyzrgb from 0 to 1, as Open3D writes them, are 8-bit colours.
+  void take_color_fractions(const TextSample& sample) {
+    std::vector<std::size_t> colors;
+    for (std::size_t i = 0; i < layout_.columns.size(); ++i)
+      if (is_color(layout_.columns[i]) && layout_.columns[i].type == ScalarType::kFloat64)
+        colors.push_back(i);
+    const auto has_fractions = [&](const std::string& line) {
+      const auto fields = fields_of(line, layout_.separator);
+      return std::ranges::all_of(colors, [&](std::size_t i) {
+        std::byte ignored{};
+        return i < fields.size() &&
+               parse_color_fraction(fields[i], &ignored) == ParseOutcome::kNumber;
+      });
+    };
+    const auto points = std::span(sample.lines).subspan(layout_.has_header_line ? 1 : 0);
+    has_color_fractions_ = colors.size() == 3 && std::ranges::all_of(points, has_fractions);
+    if (!has_color_fractions_) return;
+    for (const std::size_t i : colors) layout_.columns[i].type = ScalarType::kUint8;
   }
 
   /// The number of points of the scan that follows, where a line is that: any of a .pts file, and
@@ -204,7 +241,9 @@ class TextSource final : public PointSource {
     if (!field) refuse_row(line, number);
     const TextColumn& column = layout_.columns[index];
     if (!column.name.empty()) {
-      const ParseOutcome outcome = parse_value(*field, column.type, out);
+      const ParseOutcome outcome = has_color_fractions_ && is_color(column)
+                                       ? parse_color_fraction(*field, out)
+                                       : parse_value(*field, column.type, out);
       if (outcome != ParseOutcome::kNumber) refuse_value(*field, column, index, number, outcome);
     }
     return rest.data();
@@ -214,9 +253,12 @@ class TextSource final : public PointSource {
                                  std::size_t index, std::uint64_t number,
                                  ParseOutcome outcome) const {
     std::string advice;
+    const bool is_fraction = has_color_fractions_ && is_color(column);
     if (column.type == ScalarType::kUint8 || column.type == ScalarType::kUint16)
       advice = "Name the columns, with types, if " + column.name + " is no value from 0 to " +
-               (column.type == ScalarType::kUint8 ? "255" : "65535") +
+               (is_fraction                         ? "1"
+                : column.type == ScalarType::kUint8 ? "255"
+                                                    : "65535") +
                ": input.columns (--columns)";
     if (*number_advice(field) != '\0') advice = number_advice(field);
     const bool is_place = column.name == "x" || column.name == "y" || column.name == "z";
@@ -231,7 +273,7 @@ class TextSource final : public PointSource {
         {.file = reader_.name(),
          .place = "line " + std::to_string(number) + ", column " + std::to_string(index + 1),
          .found = excerpt(field),
-         .expected = expected_value(column.type),
+         .expected = is_fraction ? "a number from 0 to 1" : expected_value(column.type),
          .advice = std::move(advice)});
   }
 
@@ -286,7 +328,8 @@ class TextSource final : public PointSource {
   std::string comment_;
   std::optional<std::uint64_t> declared_;
   TextLayout layout_;
-  std::vector<TextColumn> rounded_;  ///< with types that would keep their numbers
+  std::vector<TextColumn> rounded_;   ///< with types that would keep their numbers
+  bool has_color_fractions_ = false;  ///< red, green and blue from 0 to 1, of .xyzrgb
   bool plain_numbers_ = true;
   PointRowLayout rows_layout_;
   std::size_t row_bytes_ = 0;

@@ -244,11 +244,29 @@ TEST_CASE("EndingsThatNameTheirColumnsAreReadAsNamed") {
   const Names colors = {"red", "green", "blue"};
   const PointCloud fractions = read_text("a.xyzrgb", "1 2 3 0.5 0.25 0\n4 5 6 1 1 1\n");
   CHECK(attribute_names(fractions.schema) == colors);
-  CHECK(attribute_value(fractions, 0, 1) == 0.25);
+  CHECK(fractions.schema.attributes[0].type == ScalarType::kUint8);
+  CHECK(attribute_value(fractions, 0, 0) == 128.0);
+  CHECK(attribute_value(fractions, 0, 1) == 64.0);
+  CHECK(attribute_value(fractions, 1, 2) == 255.0);
   const PointCloud whole = read_text("a.xyzrgb", "1 2 3 255 128 0 9\n4 5 6 1 1 1 9\n");
   CHECK(attribute_names(whole.schema) == Names{"red", "green", "blue", "c7"});
   CHECK(whole.schema.attributes[0].type == ScalarType::kUint8);
   CHECK(read_text("a.asc", "1 2 3\n4 5 6\n").size() == 2);
+}
+
+TEST_CASE("ColorsOfXyzrgbFilesAreFractionsOnlyWhereAllMayBe") {
+  const auto green_of_second = [](const std::string& lines, const TextOptions& text = {}) {
+    return attribute_value(read_text("a.xyzrgb", lines, text), 1, 1);
+  };
+  CHECK(green_of_second("1 2 3 0.0 0.0 1.0\n4 5 6 0 0.2 1\n") == 51.0);
+  CHECK(green_of_second("1 2 3 0.5 0.5 0.5\n4 5 6 0.5 0.25 2\n") == 0.25);
+  TextOptions named;
+  named.columns = {"x", "y", "z", "red", "green", "blue"};
+  CHECK(green_of_second("1 2 3 0.5 0.5 0.5\n4 5 6 0.5 0.25 1\n", named) == 0.25);
+  std::string lines;
+  for (int i = 0; i < 100; ++i) lines += "1 2 3 0.5 0.5 0.5\n";
+  CHECK_THAT(text_error("a.xyzrgb", lines + "1 2 3 0.5 1.5 0.5\n").what(),
+             Contains("line 101, column 5") && Contains("a number from 0 to 1"));
 }
 
 TEST_CASE("NamesInQuotesMayHoldSeparators") {
