@@ -75,7 +75,11 @@ void warn_of_inside_out(StageRunner& runner, const RunResults& results) {
   const MeshFacts& mesh = results.mesh;
   const NormalFacts& normals = results.partition.normals;
   if (!is_all_but_closed(mesh) || mesh.patch_area > kMostPatched * mesh.area) return;
-  if (mesh.scanned_volume > -kLeastVolume * std::pow(mesh.area, 1.5)) return;
+  // Cones to the patches are not counted: they matter the more, the farther a stray point moves the
+  // middle of the points out of the mesh.
+  const double off = norm(mesh.bounds.center() - results.partition.bounds.center());
+  const double of_patches = off * mesh.patch_area / 3.0;
+  if (mesh.scanned_volume + of_patches > -kLeastVolume * std::pow(mesh.area, 1.5)) return;
   if (normals.interiors > 0 || runner.job.normals.orientation == Orientation::kInward) return;
   runner.warn(
       std::string("the surface is closed and faces inward, as a room does; of an object, ") +

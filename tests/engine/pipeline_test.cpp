@@ -293,6 +293,35 @@ TEST_CASE("AClosedSurfaceThatFacesInwardIsWarnedOf") {
   CHECK(says_inward(500));
 }
 
+TEST_CASE("AStrayFarFromAPatchedSurfaceMakesItFaceInwardToNobody") {
+  NamedCloud named = {"sphere", {}, 0.1};
+  PointCloud& sphere = named.cloud;
+  sphere.schema.has_normals = true;
+  constexpr int kPoints = 3000;
+  for (int i = 300; i < kPoints; ++i) {  // a spiral, without its upper end
+    const double z = 1.0 - (2.0 * i + 1.0) / kPoints, r = std::sqrt(1.0 - z * z);
+    const double angle = 2.399963229728653 * i;
+    sphere.positions.push_back({r * std::cos(angle), r * std::sin(angle), z});
+  }
+  sphere.normals = sphere.positions;
+  sphere.positions.push_back({0, 0, -60});
+  sphere.normals.push_back({0, 0, 1});
+  const auto says_inward = [&] {
+    ScratchDirectory scratch;
+    const RunReport report = run(job_for(scratch, named));
+    CHECK(report.mesh.watertight);
+    CHECK(report.mesh.patch_area > 0.0);
+    return std::ranges::any_of(report.warnings, [](const std::string& line) {
+      return line.find("faces inward") != std::string::npos;
+    });
+  };
+  CHECK_FALSE(says_inward());
+  sphere.positions.pop_back();
+  sphere.normals.pop_back();
+  for (Vec3& normal : sphere.normals) normal = -normal;
+  CHECK(says_inward());
+}
+
 TEST_CASE("PlanWritesNothingAndAgreesWithTheRun", "[costly]") {
   const NamedCloud named = painted_torus(9000, 0.1, 27);
   ScratchDirectory scratch;
