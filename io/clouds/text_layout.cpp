@@ -14,6 +14,7 @@
 #include "io/streams/byte_reader.h"
 #include "io/text/column_name.h"
 #include "io/text/counted_noun.h"
+#include "io/text/lower_case.h"
 #include "io/text/text_fields.h"
 #include "io/text/text_number.h"
 #include "io/text/words.h"
@@ -36,10 +37,45 @@ std::string place_name(std::size_t column) {
   return std::string("c").append(std::to_string(column + 1));
 }
 
+/// What surveyors and ParaView call columns, the likeliest name first.
+struct OtherNames {
+  const char* canonical;
+  std::array<std::string_view, 4> others;
+};
+constexpr std::array<OtherNames, 9> kOtherNames = {
+    {{"x", {"easting", "east", "points:0", "points_0"}},
+     {"y", {"northing", "north", "points:1", "points_1"}},
+     {"z", {"elevation", "height", "points:2", "points_2"}},
+     {"nx", {"normals:0", "normals_0", "normals:x", "normals_x"}},
+     {"ny", {"normals:1", "normals_1", "normals:y", "normals_y"}},
+     {"nz", {"normals:2", "normals_2", "normals:z", "normals_z"}},
+     {"red", {"rgb:0", "rgb_0", "colors:0", "colors_0"}},
+     {"green", {"rgb:1", "rgb_1", "colors:1", "colors_1"}},
+     {"blue", {"rgb:2", "rgb_2", "colors:2", "colors_2"}}}};
+
+/// Renames the columns of a table that has no x, y or z by the names above; where one of the three
+/// is still missing, the columns stay as they are.
+void take_other_names(std::vector<TextColumn>& columns) {
+  std::vector<TextColumn> renamed = columns;
+  for (const OtherNames& names : kOtherNames) {
+    if (std::ranges::find(renamed, names.canonical, &TextColumn::name) != renamed.end()) continue;
+    for (const std::string_view other : names.others) {
+      const auto at = std::ranges::find_if(renamed, [&](const TextColumn& column) {
+        return lower_case(std::string(without_unit(column.name))) == other;
+      });
+      if (at == renamed.end()) continue;
+      at->name = names.canonical;
+      break;
+    }
+  }
+  if (names_position(renamed)) columns = std::move(renamed);
+}
+
 std::vector<TextColumn> named_columns(const std::vector<std::string_view>& names) {
   std::vector<TextColumn> columns;
   for (const std::string_view name : names)
     columns.push_back({name.empty() ? place_name(columns.size()) : canonical_column_name(name)});
+  if (!names_position(columns)) take_other_names(columns);
   return columns;
 }
 

@@ -300,6 +300,26 @@ TEST_CASE("HeaderLinesNameTheColumns") {
   CHECK(attribute_names(comment.schema) == Names{"temperature"});
 }
 
+TEST_CASE("CoordinatesMayBeNamedAsSurveyorsAndParaViewNameThem") {
+  const auto names = [](const std::string& content) {
+    const PointCloud cloud = read_text("a.csv", content);
+    CHECK(cloud.positions == std::vector<Vec3>{{1, 2, 3}});
+    return attribute_names(cloud.schema);
+  };
+  CHECK(names("Point,Northing,Easting,Elevation\n7,2,1,3\n") == Names{"Point"});
+  CHECK(names("# Easting[m];Northing[m];Height[m];i\n1;2;3;0.5\n") == Names{"i"});
+  CHECK(names("X,Y,Elevation\n1,2,3\n").empty());
+  CHECK(names("Easting,X,Y,Z\n9,1,2,3\n") == Names{"Easting"});
+  CHECK(names("x,y,elevation,height\n1,2,3,4\n") == Names{"height"});
+  const std::string row = "10,20,30,0,0,1,0.5,1,2,3\n";
+  CHECK(names("\"RGB:0\",\"RGB:1\",\"RGB:2\",\"Normals:0\",\"Normals:1\",\"Normals:2\",\"t\","
+              "\"Points:0\",\"Points:1\",\"Points:2\"\n" +
+              row) == Names{"red", "green", "blue", "t"});
+  CHECK_THAT(text_error("a.csv", "Longitude,Latitude,Height\n1,2,3\n").what(),
+             Contains("x, y and z"));
+  CHECK_THAT(text_error("a.csv", "Easting,Northing,Depth\n1,2,3\n").what(), Contains("Easting"));
+}
+
 TEST_CASE("NamesInACommentMayHaveASeparatorOfTheirOwn") {
   const auto names = [](const std::string& content) {
     const PointCloud cloud = read_text("a.txt", content);
