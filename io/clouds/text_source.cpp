@@ -96,8 +96,9 @@ class TextSource final : public PointSource {
       const std::size_t begin = line.find_first_not_of(" \t\r");
       if (begin == line.npos) continue;
       const std::string_view front = line.substr(begin);
-      if (front[0] != '#' && front.substr(0, 2) != "//") return true;
-      if (pending_.empty()) comment_ = front.substr(front[0] == '#' ? 1 : 2);
+      const bool has_mark = front[0] == '#' || front[0] == '%';
+      if (!has_mark && front.substr(0, 2) != "//") return true;
+      if (pending_.empty()) comment_ = front.substr(has_mark ? 1 : 2);
     }
     return false;
   }

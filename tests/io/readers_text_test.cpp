@@ -331,6 +331,8 @@ TEST_CASE("NamesInACommentMayHaveASeparatorOfTheirOwn") {
   CHECK(names("# intensity,x,y,z\n0.5 1 2 3\n") == Names{"intensity"});
   CHECK(names("//X Y Z R G B\n1,2,3,10,20,30\n") == Names{"red", "green", "blue"});
   CHECK(names("# x; y; z; gps time\n1 2 3 0.5\n") == Names{"gps time"});
+  CHECK(names("% intensity x y z\n0.5 1 2 3\n") == Names{"intensity"});
+  CHECK(names("% written by MATLAB\n1 2 3\n%\n").empty());
   CHECK(names("# x, y and z in metres\n1 2 3 0.5\n") == Names{"c4"});
 }
 
