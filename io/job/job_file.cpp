@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <fstream>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "io/error.h"
 #include "io/job/toml_document.h"
 #include "io/system/file_descriptor.h"
+#include "io/system/small_file.h"
+#include "io/system/system_advice.h"
 #include "io/text/nearest_name.h"
 #include "io/text/text_fields.h"
 #include "io/text/words.h"
@@ -151,18 +153,10 @@ void check_names_of_sections(const std::vector<TomlEntry>& entries, const std::s
 }
 
 std::string file_text(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  const int error = errno;
-  std::error_code ignored;
-  const bool is_folder = std::filesystem::is_directory(path, ignored);
-  if (!file || is_folder)
-    throw_usage("cannot open the job file: " + system_reason(is_folder ? EISDIR : error),
-                {.file = path.string()});
-  std::string text(kTomlLimitBytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad()) throw_usage("cannot read the job file", {.file = path.string()});
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return text;
+  std::optional<std::string> text = small_file_text(path, kTomlLimitBytes + 1);
+  if (text) return std::move(*text);
+  if (is_failure(errno)) throw_unread("cannot read the job file", {.file = path.string()}, errno);
+  throw_usage("cannot open the job file: " + system_reason(errno), {.file = path.string()});
 }
 
 /// Keys whose values are words rather than TOML, where they come from a command line.

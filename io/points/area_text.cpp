@@ -1,14 +1,17 @@
 #include "io/points/area_text.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "io/byte_order_mark.h"
 #include "io/error.h"
 #include "io/json_nesting.h"
+#include "io/system/file_descriptor.h"
+#include "io/system/small_file.h"
 #include "io/text/lower_case.h"
 #include "io/text/quantity.h"
 #include "io/text/text_number.h"
@@ -346,17 +349,13 @@ std::vector<AreaPolygon> parse_area(std::string_view text, const std::string& na
 }
 
 std::vector<AreaPolygon> read_area(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::error_code ignored;
-  if (!file || std::filesystem::is_directory(path, ignored))
-    throw_bad_input("cannot open the file of the area",
-                    {.file = path.string(),
-                     .expected = "a WKT or GeoJSON file, or POLYGON or MULTIPOLYGON as text"});
-  std::string text(kMostAreaBytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad()) throw_bad_input("cannot read the file of the area", {.file = path.string()});
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return parse_area(text, path.string());
+  const std::optional<std::string> text = small_file_text(path, kMostAreaBytes + 1);
+  if (!text)
+    throw_unread("cannot open the file of the area",
+                 {.file = path.string(),
+                  .expected = "a WKT or GeoJSON file, or POLYGON or MULTIPOLYGON as text"},
+                 errno);
+  return parse_area(*text, path.string());
 }
 
 }  // namespace orbweave

@@ -1,8 +1,7 @@
 #include "io/points/coordinate_system_file.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
+#include <cerrno>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -11,6 +10,9 @@
 #include "io/points/coordinate_system.h"
 #include "io/shown_text.h"
 #include "io/system/atomic_file.h"
+#include "io/system/file_descriptor.h"
+#include "io/system/small_file.h"
+#include "io/system/system_advice.h"
 #include "io/text/file_format.h"
 #include "io/text/tile_names.h"
 #include "io/text/words.h"
@@ -48,9 +50,10 @@ std::string text_beside(const std::filesystem::path& file) {
   std::error_code none;
   const std::uintmax_t bytes = beside.empty() ? 0 : std::filesystem::file_size(beside, none);
   if (none || bytes == 0 || bytes > kMostBytes) return {};
-  std::ifstream stream(beside, std::ios::binary);
-  const std::string whole{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  const std::string text = trimmed(without_byte_order_mark(whole));
+  const std::optional<std::string> whole = small_file_text(beside);
+  if (!whole && is_failure(errno))
+    throw_unread("cannot read the coordinate system", {.file = beside.string()}, errno);
+  const std::string text = trimmed(without_byte_order_mark(whole.value_or("")));
   return is_wkt(text) ? text : words_on_one_line(text);
 }
 

@@ -1,9 +1,8 @@
 #include "io/points/scan_pose.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <span>
@@ -11,6 +10,8 @@
 
 #include "io/byte_order_mark.h"
 #include "io/error.h"
+#include "io/system/file_descriptor.h"
+#include "io/system/small_file.h"
 #include "io/text/counted_noun.h"
 #include "io/text/text_number.h"
 #include "io/text/words.h"
@@ -182,13 +183,9 @@ std::vector<ScanPose> parse_stanford_poses(std::string_view text, const std::str
 }
 
 std::vector<ScanPose> read_stanford_poses(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::error_code ignored;
-  if (!file || std::filesystem::is_directory(path, ignored))
-    throw_bad_input("cannot open the file of poses", {.file = path.string()});
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (file.bad()) throw_bad_input("cannot read the file of poses", {.file = path.string()});
-  return parse_stanford_poses(text, path.string());
+  const std::optional<std::string> text = small_file_text(path);
+  if (!text) throw_unread("cannot open the file of poses", {.file = path.string()}, errno);
+  return parse_stanford_poses(*text, path.string());
 }
 
 namespace {

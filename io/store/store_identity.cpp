@@ -7,9 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <system_error>
 
 #include "io/error.h"
@@ -25,6 +23,7 @@
 #include "io/system/file_descriptor.h"
 #include "io/system/owned_files.h"
 #include "io/system/path_roles.h"
+#include "io/system/small_file.h"
 #include "io/system/temporary_name.h"
 #include "io/system/work_directory_errors.h"
 
@@ -256,15 +255,11 @@ bool is_proven_mark(const std::string& store, const fs::path& file, const std::s
 }  // namespace
 
 std::optional<std::string> read_text(const fs::path& path) {
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  // A file that cannot be opened for the moment is not a file that is absent or damaged.
+  std::optional<std::string> text = small_file_text(path);
+  // A file that cannot be read for the moment is not a file that is absent or damaged.
   const bool is_absent = errno == ENOENT || errno == ENOTDIR || errno == EISDIR || errno == ELOOP;
-  if (!file && errno != 0 && !is_absent) throw_directory_error(path, errno);
-  if (!file) return std::nullopt;
-  std::ostringstream text;
-  text << file.rdbuf();
-  return file.bad() ? std::nullopt : std::optional(text.str());
+  if (!text && !is_absent) throw_directory_error(path, errno);
+  return text;
 }
 
 std::string member_of(const fs::path& file, const char* member) {

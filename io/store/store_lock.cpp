@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <charconv>
 #include <chrono>
-#include <fstream>
 #include <optional>
 #include <system_error>
 #include <thread>
@@ -20,6 +19,7 @@
 #include "io/system/file_calls.h"
 #include "io/system/file_descriptor.h"
 #include "io/system/owned_files.h"
+#include "io/system/small_file.h"
 #include "io/system/work_directory_errors.h"
 
 namespace orbweave {
@@ -50,8 +50,7 @@ std::optional<LockText> parts_of(const fs::path& path) {
   if (!fs::is_regular_file(fs::symlink_status(path, error)) ||
       fs::file_size(path, error) > kMostBytes || error)
     return std::nullopt;
-  std::ifstream file(path);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string text = small_file_text(path).value_or("");
   const std::size_t owner = text.rfind(kOwner);
   if (owner == std::string::npos || !text.ends_with(kOwnerEnd) ||
       text.find('\n') + 1 != text.size())

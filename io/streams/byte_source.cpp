@@ -32,8 +32,8 @@ class FileSource final : public ByteSource {
       const ssize_t got = ::read(descriptor_, out.data() + done, out.size() - done);
       if (got < 0 && errno == EINTR) continue;
       if (got < 0)
-        throw_bad_input("cannot read the file: " + system_reason(errno),
-                        {.file = name_, .place = "byte " + std::to_string(bytes_read_)});
+        throw_unread("cannot read the file",
+                     {.file = name_, .place = "byte " + std::to_string(bytes_read_)}, errno);
       if (got == 0) break;
       done += static_cast<std::size_t>(got);
       bytes_read_ += static_cast<std::uint64_t>(got);

@@ -30,9 +30,11 @@ class FileAccess final : public RandomAccess {
   void read_inside(std::uint64_t offset, std::span<std::byte> out) const override {
     const std::optional<std::size_t> got = read_at(descriptor_, offset, out);
     if (got == out.size()) return;
-    throw_bad_input("cannot read the file: " +
-                        (got ? "it became shorter while it was read" : system_reason(errno)),
-                    {.file = name_, .place = "byte " + std::to_string(offset + got.value_or(0))});
+    if (!got)
+      throw_unread("cannot read the file",
+                   {.file = name_, .place = "byte " + std::to_string(offset)}, errno);
+    throw_bad_input("cannot read the file: it became shorter while it was read",
+                    {.file = name_, .place = "byte " + std::to_string(offset + *got)});
   }
 
   int descriptor_;

@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <system_error>
+#include <utility>
 
 #include "io/error.h"
 #include "io/system/file_calls.h"
@@ -18,9 +19,7 @@ namespace {
 
 [[noreturn]] void throw_unopened(const std::string& name, int error) {
   if (error == ENOENT) throw_bad_input("no such file", {.file = name});
-  const std::string problem = "cannot open the file: " + system_reason(error);
-  if (is_lack(error)) throw_resource(problem, {.file = name, .advice = advice_on(error)});
-  throw_bad_input(problem, {.file = name});
+  throw_unread("cannot open the file", {.file = name}, error);
 }
 
 void check_kind(const struct stat& facts, const std::string& name) {
@@ -80,10 +79,18 @@ bool write_at(int descriptor, std::uint64_t offset, std::span<const std::byte> b
 
 std::string system_reason(int error) { return std::system_category().message(error); }
 
+void throw_unread(const std::string& problem, ErrorParts parts, int error) {
+  const std::string with_reason = problem + ": " + system_reason(error);
+  if (is_lack(error) || is_failure(error)) {
+    if (parts.advice.empty()) parts.advice = advice_on(error, "see that the file can be read");
+    throw_resource(with_reason, std::move(parts));
+  }
+  throw_bad_input(with_reason, std::move(parts));
+}
+
 std::optional<std::uint64_t> checked_size(int descriptor, const std::string& name) {
   struct stat facts {};
-  if (::fstat(descriptor, &facts) != 0)
-    throw_bad_input("cannot read the file: " + system_reason(errno), {.file = name});
+  if (::fstat(descriptor, &facts) != 0) throw_unread("cannot read the file", {.file = name}, errno);
   check_kind(facts, name);
   if (!S_ISREG(facts.st_mode)) return std::nullopt;
   return static_cast<std::uint64_t>(facts.st_size);

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "io/error.h"
+
 namespace orbweave {
 
 /// Owns a POSIX file descriptor.
@@ -36,6 +38,10 @@ std::optional<std::size_t> read_at(int descriptor, std::uint64_t offset, std::sp
 bool write_at(int descriptor, std::uint64_t offset, std::span<const std::byte> bytes);
 /// What errno means, whatever the locale.
 std::string system_reason(int error);
+/// Throws Error for a file that cannot be opened or read, with the reason `error`, a value of
+/// errno. Resource where a device, a network or a limit is in the way, so that the same command may
+/// read the file later; else bad input.
+[[noreturn]] void throw_unread(const std::string& problem, ErrorParts parts, int error);
 /// Whether the file gives its bytes once: standard input ("-"), a pipe, a terminal. Opens nothing.
 bool is_read_once(const std::string& name);
 /// Throws Error for such a file, to be called by what reads a file several times: wrong usage for
@@ -45,7 +51,7 @@ void require_rereadable(const std::string& name);
 void require_once_each(std::span<const std::string> names);
 /// What opening the file would throw, without a read: a pipe loses nothing by it.
 void check_readable(const std::string& name);
-/// Opens for reading. Throws Error (bad input).
+/// Opens for reading. Throws Error (bad input, or resource as throw_unread()).
 int open_or_throw(const std::string& name);
 /// The size of a regular file, nothing for a pipe or a device. Throws Error (bad input) for what
 /// cannot be a scan: a directory, an empty file.

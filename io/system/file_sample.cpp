@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstddef>
 #include <vector>
 
@@ -43,7 +44,10 @@ std::optional<FileSample> sample_file(const std::filesystem::path& path, std::si
        offsets(static_cast<std::uint64_t>(facts.st_size), most_blocks)) {
     block.resize(kSampleBlockBytes);
     const auto got = read_at(file.get(), begin, block);
-    if (!got) return std::nullopt;
+    // A sample that could not be taken would be taken for a change of the file.
+    if (!got)
+      throw_unread("cannot read the file",
+                   {.file = path.string(), .place = "byte " + std::to_string(begin)}, errno);
     block.resize(*got);
     checksum.add(block.data(), block.size());
     sample.bytes_hashed += block.size();

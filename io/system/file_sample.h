@@ -21,7 +21,8 @@ struct FileSample {
 };
 
 /// Blocks of a regular file, `most_blocks` (at least 2) of kSampleBlockBytes: the first, the last,
-/// and others spread evenly between. Empty: it is no regular file, or cannot be read.
+/// and others spread evenly between. Empty: it is no regular file, or cannot be opened.
+/// Throws Error as throw_unread() where it cannot be read.
 std::optional<FileSample> sample_file(const std::filesystem::path& path,
                                       std::size_t most_blocks = kSampleBlocks);
 

@@ -65,6 +65,12 @@ bool is_lack(int error) {
   return error == EMFILE || error == ENFILE || error == ENOMEM || error == EAGAIN;
 }
 
+bool is_failure(int error) {
+  constexpr std::array kFailures = {EIO,          ESTALE,   ETIMEDOUT, EHOSTDOWN,
+                                    EHOSTUNREACH, ENETDOWN, ENOTCONN,  EREMOTEIO};
+  return std::find(kFailures.begin(), kFailures.end(), error) != kFailures.end();
+}
+
 bool is_lack_of_threads(const std::exception& error) {
   const auto* const refusal = dynamic_cast<const std::system_error*>(&error);
   const bool is_of_files =

@@ -18,6 +18,10 @@ std::string advice_on_work_directory(int error);
 /// with the file then.
 bool is_lack(int error);
 
+/// Whether `error` says that a device or a network failed: nothing is known to be wrong with the
+/// file then.
+bool is_failure(int error);
+
 /// Whether the standard library or the scheduler could start no thread.
 bool is_lack_of_threads(const std::exception& error);
 

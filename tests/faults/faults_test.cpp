@@ -1,5 +1,6 @@
-// One fault of the file system in each flush and rename of a job: the run ends well or says what
-// went wrong, and the repeated command ends with the same bytes and leaves nothing behind.
+// One fault of the file system in each flush and rename of a job, and in reads: the run ends well
+// or says what went wrong, and the repeated command ends with the same bytes and leaves nothing
+// behind.
 #include "tests/faults/faulty_runs.h"
 
 #include <catch2/catch.hpp>
@@ -37,4 +38,9 @@ TEST_CASE("OneRenameThatFailsIsToldAndTheRepeatedCommandMakesTheSameBytes", "[so
 
 TEST_CASE("OneRenameThatLeavesHalfAFileIsToldAndTheRepeatedCommandMakesTheSameBytes") {
   try_faults("rename", "torn", 1, kStep);
+}
+
+// Each fourth: a job reads several times as often as it flushes and renames.
+TEST_CASE("OneReadThatFailsIsToldAndTheRepeatedCommandMakesTheSameBytes", "[soak]") {
+  try_faults("read", "eio", 1, 4 * kStep);
 }

@@ -5,10 +5,12 @@
 //                                       "injected 1" where the fault was reached
 //
 // Kinds: write (write, pwrite, pwritev, ftruncate, fallocate), sync (fsync, fdatasync, syncfs),
-// rename. Effects: short (half of the bytes are written and the call says so), full (half of the
-// bytes are written, then ENOSPC from here on), eio (nothing is done), torn (a rename that is done
-// to half a file and reports EIO, as after a power cut on a file system without a journal).
-// The program's own calls pass io/system/file_calls.h; HDF5's pass the pwrite() defined here.
+// rename, read (read and pread of files in the current directory). Effects: short (half of the
+// bytes are written and the call says so), full (half of the bytes are written, then ENOSPC from
+// here on), eio (nothing is done), torn (a rename that is done to half a file and reports EIO, as
+// after a power cut on a file system without a journal). The program's own calls that write pass
+// io/system/file_calls.h; HDF5's pass the pwrite() defined here, and all calls that read pass the
+// read() and pread() defined here.
 #include <sys/stat.h>
 #include <sys/syscall.h>
 
@@ -19,8 +21,10 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 #include "engine/cli/command_line.h"
 #include "engine/cli/exit_status.h"
@@ -35,8 +39,8 @@ namespace {
 orbweave::StopToken stop;
 ORBWEAVE_END_PLAINLY_FROM_THE_START;
 
-enum Kind : std::size_t { kWrite, kSync, kRename, kKinds };
-constexpr std::array<const char*, kKinds> kNames = {"write", "sync", "rename"};
+enum Kind : std::size_t { kWrite, kSync, kRename, kRead, kKinds };
+constexpr std::array<const char*, kKinds> kNames = {"write", "sync", "rename", "read"};
 
 struct Fault {
   Kind kind = kKinds;
@@ -97,6 +101,17 @@ int faulty(Kind kind, int error, const Call& call) {
   if (!fails(kind) && !was_full) return call();
   errno = was_full ? ENOSPC : error;
   return -1;
+}
+
+/// Whether this is the read that fails. Files elsewhere, pipes and devices are not counted.
+bool reading_fails(int file) {
+  std::array<char, 4096> name{};
+  const std::string link = "/proc/self/fd/" + std::to_string(file);
+  static const std::string here = std::filesystem::current_path().string() + "/";
+  const ssize_t length = ::readlink(link.c_str(), name.data(), name.size());
+  const bool is_here =
+      std::string_view(name.data(), std::max<ssize_t>(length, 0)).starts_with(here);
+  return is_here && fails(kRead);
 }
 
 int error_of_writes() { return fault.effect == "eio" ? EIO : ENOSPC; }
@@ -163,10 +178,20 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-// HDF5 finds this one in place of the C library's.
+// Libraries find these in place of the C library's.
 extern "C" ssize_t pwrite(int file, const void* data, std::size_t bytes, off_t offset) {
   return faulty_write(bytes,
                       [&](std::size_t count) { return plain_pwrite(file, data, count, offset); });
+}
+extern "C" ssize_t read(int file, void* data, std::size_t bytes) {
+  if (!reading_fails(file)) return ::syscall(SYS_read, file, data, bytes);
+  errno = EIO;
+  return -1;
+}
+extern "C" ssize_t pread(int file, void* data, std::size_t bytes, off_t offset) {
+  if (!reading_fails(file)) return ::syscall(SYS_pread64, file, data, bytes, offset);
+  errno = EIO;
+  return -1;
 }
 
 int main(int argc, char** argv) {

@@ -76,9 +76,10 @@ bool is_clear(const std::string& error) {
   const bool has_reason = error.find("No space left on device") != std::string::npos ||
                           error.find("Input/output error") != std::string::npos ||
                           error.find("an HDF5 failure") != std::string::npos;
-  const bool has_place = error.find("work") != std::string::npos ||
-                         error.find("mesh.ply") != std::string::npos ||
-                         error.find("report.") != std::string::npos;
+  const bool has_place =
+      error.find("work") != std::string::npos || error.find("mesh.ply") != std::string::npos ||
+      error.find("scan") != std::string::npos || error.find("job.toml") != std::string::npos ||
+      error.find("report.") != std::string::npos;
   return error.find("orbweave: error: ") != std::string::npos && has_reason && has_place;
 }
 

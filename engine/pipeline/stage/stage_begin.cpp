@@ -54,6 +54,18 @@ std::vector<std::string> discard_from(ChunkStore& store, const std::string& stag
 
 /// What a directory of outputs holds, by number, sizes and the latest change: there may be
 /// thousands of files, of which none is read.
+/// An output that cannot be read is none of this job's, and is written anew.
+InputStamp stamp_of_output(const std::string& file) {
+  try {
+    return stamp_of(file, kSampleBlocks);
+  } catch (const Error& error) {
+    InputStamp stamp;
+    stamp.file = file;
+    stamp.problem = error.what();
+    return stamp;
+  }
+}
+
 InputStamp stamp_of_directory(const fs::path& directory) {
   InputStamp stamp;
   stamp.file = directory.string();
@@ -170,10 +182,10 @@ std::vector<InputStamp> stamps_of_outputs(const Job& job) {
         output.polygons, output.medial_axis, output.report, report_page(output.report).string(),
         output.picture, simplified_file(output).string(),
         heavy_data_file(simplified_file(output)).string()})
-    if (!file.empty()) stamps.push_back(stamp_of(file, kSampleBlocks));
+    if (!file.empty()) stamps.push_back(stamp_of_output(file));
   if (output.tiles) stamps.push_back(stamp_of_directory(tile_directory_of(output.mesh)));
   if (!output.tileset.empty()) {
-    stamps.push_back(stamp_of((fs::path(output.tileset) / kTileIndex).string(), kSampleBlocks));
+    stamps.push_back(stamp_of_output((fs::path(output.tileset) / kTileIndex).string()));
     stamps.push_back(stamp_of_directory(output.tileset));
   }
   return stamps;
