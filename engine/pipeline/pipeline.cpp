@@ -16,6 +16,7 @@
 #include "engine/pipeline/mesh_doubts.h"
 #include "engine/pipeline/output/export_stage.h"
 #include "engine/pipeline/output/map_tiles.h"
+#include "engine/pipeline/output/mesh_for_levels.h"
 #include "engine/pipeline/output/mesh_name.h"
 #include "engine/pipeline/output/output_files.h"
 #include "engine/pipeline/output/picture_stage.h"
@@ -240,6 +241,9 @@ void run_stages(StageRunner& runner, const RunWatch& watch, RunResults& results)
   const ExportInputs mesh{vertices, stitched.triangles, used, holes.filled, holes.facts};
   ExportResult exported = export_mesh(mesh, runner);
   if (!runner.communicator.is_root()) return;
+  const OutputOptions& output = runner.job.output;
+  if (!output.tileset.empty() || output.simplify)
+    results.mesh_file = state_of_mesh_file(output.mesh);
   if (watch.at_mesh_written) watch.at_mesh_written();
   if (runner.job.output.mesh != "-") runner.store.disk().add(exported.bytes_written);
   if (!runner.job.output.picture.empty()) draw_picture(mesh, exported.bounds, runner);
@@ -258,6 +262,20 @@ void run_stages(StageRunner& runner, const RunWatch& watch, RunResults& results)
   warn_of_doubtful_mesh(runner, results);
 }
 
+/// What is made of the finished mesh file.
+void make_levels(const RunResults& results, StageRunner& runner) {
+  const OutputOptions& output = runner.job.output;
+  const std::uint64_t triangles = results.mesh.triangles;
+  if (!output.tileset.empty())
+    make_of_mesh_file(output.mesh, results.mesh_file, [&] {
+      make_tileset({results.partition, triangles}, runner);
+    });
+  if (output.simplify)
+    make_of_mesh_file(output.mesh, results.mesh_file, [&] {
+      make_simplified({results.partition, triangles}, runner);
+    });
+}
+
 /// Runs the stages; a stored result that turns out to be damaged is dropped and made anew.
 RunResults run_until_sound(StageRunner& runner, const RunWatch& watch) {
   Repairs repairs;
@@ -265,10 +283,7 @@ RunResults run_until_sound(StageRunner& runner, const RunWatch& watch) {
   while (true) {
     try {
       run_stages(runner, watch, results);
-      if (runner.communicator.is_root() && !runner.job.output.tileset.empty())
-        make_tileset({results.partition, results.mesh.triangles}, runner);
-      if (runner.communicator.is_root() && runner.job.output.simplify)
-        make_simplified({results.partition, results.mesh.triangles}, runner);
+      if (runner.communicator.is_root()) make_levels(results, runner);
       return results;
     } catch (const CorruptResult& damage) {
       if (runner.communicator.size() > 1) {

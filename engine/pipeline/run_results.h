@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/pipeline/output/mesh_for_levels.h"
 #include "engine/pipeline/stage/partition.h"
 #include "engine/pipeline/stage/stage_runner.h"
 #include "engine/pipeline/surface/surface_inputs.h"
@@ -23,6 +24,7 @@ struct RunResults {
   std::optional<VoronoiFacts> voronoi;
   SideFacts sides;  ///< of normals whose side was given
   MeshFacts mesh;
+  MeshFileState mesh_file;       ///< as it was written, where levels of detail are made of it
   std::vector<HoleFacts> holes;  ///< first vertices in the output's numbers
   ResourceFacts predicted;
 };

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -75,6 +76,27 @@ void check_any_cut(std::size_t points, std::uint64_t small_chunks, std::size_t l
   }
 }
 
+/// What becomes of the job where the mesh file is changed by `change` as soon as it is there.
+void check_changed_mesh(const Job& job, const std::string& expected,
+                        const std::function<void()>& change) {
+  RunWatch watch;
+  watch.at_mesh_written = change;
+  RecordingProgress progress;
+  const StopToken stop;
+  Communicator alone;
+  try {
+    run_job(job, {"test"}, progress, stop, alone, &watch);
+    FAIL("nobody noticed");
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kResource);
+    CHECK(error.parts().file == job.output.mesh);
+    CHECK(error.problem().find("the mesh changed before") == 0);
+  }
+  CHECK(fs::exists(job.run.work_dir));
+  run(job);
+  CHECK(bytes_of(job.output.mesh) == expected);
+}
+
 void check_refused(const Job& job, const std::string& found) {
   INFO(job.output.mesh);
   try {
@@ -84,6 +106,26 @@ void check_refused(const Job& job, const std::string& found) {
     CHECK(error.kind() == ErrorKind::kUsage);
     CHECK_THAT(error.what(), Contains("output.tileset") && Contains(found));
   }
+}
+
+TEST_CASE("NothingIsMadeOfAMeshFileThatIsMovedOrReplacedMeanwhileAndTheWorkIsKept") {
+  const ScratchDirectory scratch;
+  Job job = tileset_job(scratch, test::noisy_torus(2000, 0.0, 7));
+  job.output.simplify = SimplifyTarget{SimplifyTarget::Kind::kRatio, 0.5};
+  run(job);
+  const std::string expected = bytes_of(job.output.mesh);
+  const FilesOfFolder tiles = files_in(job.output.tileset);
+  const fs::path elsewhere = scratch / "elsewhere.ply";
+  const auto move = [&] { fs::rename(job.output.mesh, elsewhere); };
+  check_changed_mesh(job, expected, move);
+  CHECK(bytes_of(elsewhere) == expected);
+  check_changed_mesh(job, expected, [&] {
+    fs::copy_file(job.input.files.front(), job.output.mesh, fs::copy_options::overwrite_existing);
+  });
+  check_changed_mesh(job, expected, [&] { fs::resize_file(job.output.mesh, 1000); });
+  job.output.tileset.clear();
+  check_changed_mesh(job, expected, move);
+  CHECK(files_in(scratch / "levels") == tiles);
 }
 
 TEST_CASE("TilesetOfAJobIsThatOfItsMeshFileInAnyCut") { check_any_cut(1500, 300, 3); }

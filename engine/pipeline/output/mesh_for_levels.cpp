@@ -1,11 +1,14 @@
 #include "engine/pipeline/output/mesh_for_levels.h"
 
+#include <sys/stat.h>
+
 #include <filesystem>
 #include <optional>
 
 #include "engine/levels/levels.h"
 #include "io/error.h"
 #include "io/job/setting.h"
+#include "io/system/file_sample.h"
 #include "io/text/file_format.h"
 #include "io/text/quantity.h"
 
@@ -29,6 +32,14 @@ std::string obstacle(const OutputOptions& output) {
   return "";
 }
 
+[[noreturn]] void throw_other_mesh(const std::string& mesh, const MeshFileState& now) {
+  throw_resource("the mesh changed before all was made of it that the job asks for",
+                 {.file = mesh,
+                  .found = now.content.empty() ? "no such file" : "a file with other content",
+                  .expected = "the file that this job wrote, where it wrote it",
+                  .advice = "Leave the mesh where it is until the job has ended"});
+}
+
 }  // namespace
 
 void check_mesh_for_levels(const Job& job, const MadeOfMesh& made) {
@@ -49,6 +60,30 @@ void check_mesh_for_levels(const Job& job, const MadeOfMesh& made) {
                .expected = "at least " + format_bytes(least_level_memory(leaf)),
                .advice = "Give it more memory, or make smaller tiles later: " + made.command +
                          " --leaf-triangles"});
+}
+
+MeshFileState state_of_mesh_file(const std::string& mesh) {
+  struct stat facts {};
+  const std::optional<FileSample> sample = sample_file(mesh, kSampleBlocks);
+  if (!sample || ::stat(mesh.c_str(), &facts) != 0) return {};
+  return {facts.st_ino, std::to_string(facts.st_size) + " bytes, sample " + sample->fingerprint};
+}
+
+void make_of_mesh_file(const std::string& mesh, const MeshFileState& written,
+                       const std::function<void()>& make) {
+  const MeshFileState before = state_of_mesh_file(mesh);
+  if (before.content != written.content) throw_other_mesh(mesh, before);
+  try {
+    make();
+  } catch (const Error& error) {
+    const MeshFileState now = state_of_mesh_file(mesh);
+    if (error.kind() == ErrorKind::kBadInput && now.content != written.content)
+      throw_other_mesh(mesh, now);
+    throw;
+  }
+  // A file that took the place of the one that was open was not read.
+  const MeshFileState after = state_of_mesh_file(mesh);
+  if (after.inode == before.inode && after.content != before.content) throw_other_mesh(mesh, after);
 }
 
 }  // namespace orbweave
