@@ -33,11 +33,12 @@ namespace {
 std::string summary(const RunReport& report) {
   const OutputOptions& output = report.options.output;
   if (report.ended_before) {
-    const std::string removed =
-        work_dir_of(report.options) + ", the work directory that it left, is removed";
-    return facts_table({{"mesh", output.mesh},
-                        {"", "whole, as an earlier run of this job wrote it"},
-                        {"", removed}});
+    Facts facts = {{"mesh", output.mesh}, {"", "whole, as an earlier run of this job wrote it"}};
+    const std::string work_dir = work_dir_of(report.options);
+    std::error_code ignored;
+    if (!std::filesystem::exists(work_dir, ignored))
+      facts.emplace_back("", work_dir + ", the work directory that it left, is removed");
+    return facts_table(facts);
   }
   Facts facts;
   Facts beside;  // what lies beside the mesh
@@ -117,6 +118,7 @@ void run(const JobArguments& arguments, const CommandContext& context) {
     promise();
   };
   watch.at_outputs_written = [&] {
+    kept = "All outputs are written.";
     set_last_word(leads ? "interrupted when all outputs were written. The same command removes " +
                               shown(work_dir) + "."
                         : "");

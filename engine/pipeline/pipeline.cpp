@@ -315,6 +315,20 @@ void remove_work(StageRunner& runner) {
               ", which this program did not write");
 }
 
+/// The job is done, whatever is in the way of the removal. Resources alone are: a folder above that
+/// is for reading only, a device that fails.
+void remove_work_of_ended_job(StageRunner& runner) {
+  try {
+    remove_work(runner);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kResource) throw;
+    const ErrorParts& parts = error.parts();
+    runner.warn("all outputs are written, but " + runner.store.directory().string() +
+                " stays: " + parts.file + ": " + error.problem() + "; found " + parts.found +
+                ". It is not needed any more, remove it");
+  }
+}
+
 /// For want of better: what else went wrong is what the user has to know.
 void remove_if_possible(StageRunner& runner) {
   try {
@@ -379,7 +393,7 @@ bool was_ended_before(StageRunner& runner) {
   const bool ended = runner.communicator.broadcast(is_told ? 1 : 0, runner.stop) != 0;
   if (!runner.communicator.is_root()) return ended;
   if (ended)
-    remove_work(runner);
+    remove_work_of_ended_job(runner);
   else
     runner.store.clear_ended();
   return ended;
@@ -395,7 +409,7 @@ void end_job(StageRunner& runner) {
   } catch (const Error&) {
     // A full disk may have no room for it; what follows makes room.
   }
-  if (!runner.job.run.keep_work_dir) remove_work(runner);
+  if (!runner.job.run.keep_work_dir) remove_work_of_ended_job(runner);
 }
 
 void note_share(StageRunner& runner, bool chosen_here) {

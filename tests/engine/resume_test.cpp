@@ -310,6 +310,36 @@ TEST_CASE("AChangedScanIsNamedWithWhatItWasAndWhatItIs", "[costly]") {
   CHECK((bytes_of(job.output.mesh) == without_work(job)));
 }
 
+TEST_CASE("AJobWhoseWorkDirectoryCannotBeRemovedIsDoneAndSaysSo") {
+  constexpr uid_t kNobody = 65534;
+  const ScratchDirectory scratch;
+  const fs::path folder = scratch / "folder";
+  Job job = job_for(scratch, painted_torus(1500, 0.3, 31));
+  job.run.work_dir = (folder / "job.work").string();
+  const uid_t user = geteuid();
+  RunWatch watch;
+  watch.at_outputs_written = [&] {
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+      fs::permissions(entry.path(), fs::perms::all);
+    constexpr fs::perms kLook = fs::perms(0555);
+    fs::permissions(folder, kLook);
+    fs::permissions(scratch.path(), kLook | fs::perms::owner_write);
+    if (user == 0) REQUIRE(seteuid(kNobody) == 0);
+  };
+  RecordingProgress progress;
+  const StopToken stop;
+  Communicator alone;
+  CHECK_NOTHROW(run_job(job, {"test"}, progress, stop, alone, &watch));
+  REQUIRE(seteuid(user) == 0);
+  fs::permissions(folder, fs::perms::owner_all);
+  const std::string said = progress.lines.back();
+  INFO(said);
+  CHECK(said.find("all outputs are written, but ") == 0);
+  CHECK(said.find("Permission denied") != std::string::npos);
+  CHECK(fs::exists(job.output.mesh));
+  CHECK(fs::is_empty(job.run.work_dir));
+}
+
 TEST_CASE("AScanThatChangesWhileItIsReadIsBadInputAndLeavesNothing") {
   for (const char* stage : {"count", "bin"}) {
     INFO(stage);
