@@ -378,6 +378,7 @@ RunResults run_or_clean_up(StageRunner& runner, const RunWatch& watch) {
         (is_about_a_key(runner.job, error) && holds_no_work(runner.store.directory()));
     const bool has_no_reader = dynamic_cast<const ClosedOutput*>(&error) != nullptr;
     if ((is_useless || has_no_reader) && !keep) remove_if_possible(runner);
+    tell_of_changed_input(runner.job, error);
     name_scans(runner.job, error);
     throw;
   }

@@ -310,6 +310,28 @@ TEST_CASE("AChangedScanIsNamedWithWhatItWasAndWhatItIs", "[costly]") {
   CHECK((bytes_of(job.output.mesh) == without_work(job)));
 }
 
+TEST_CASE("AScanThatIsCutShortWhileItIsReadIsToldAsOneThatChanged") {
+  const ScratchDirectory scratch;
+  const Job job = job_for(scratch, painted_torus(3000, 0.3, 31));
+  const fs::path scan = job.input.files.front();
+  RecordingProgress progress;
+  const StopToken stop;
+  progress.at_stage = [&](const std::string& name) {
+    if (name == "count") fs::resize_file(scan, fs::file_size(scan) / 2);
+  };
+  try {
+    run_job(job, {"test"}, progress, stop);
+    FAIL("nobody noticed");
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kBadInput);
+    INFO(error.what());
+    CHECK(error.parts().file == scan.string());
+    CHECK(error.problem() == "a scan changed while it was read");
+    CHECK(error.parts().found.find("the file is shorter than its header says") !=
+          std::string::npos);
+  }
+}
+
 TEST_CASE("AJobWhoseWorkDirectoryCannotBeRemovedIsDoneAndSaysSo") {
   constexpr uid_t kNobody = 65534;
   const ScratchDirectory scratch;

@@ -54,6 +54,16 @@ std::vector<std::string> discard_from(ChunkStore& store, const std::string& stag
 
 /// What a directory of outputs holds, by number, sizes and the latest change: there may be
 /// thousands of files, of which none is read.
+constexpr const char* kChanged = "a scan changed while it was read";
+
+[[noreturn]] void throw_changed(const std::string& file, const std::string& found) {
+  throw_bad_input(kChanged, {.file = file,
+                             .place = {},
+                             .found = found,
+                             .expected = "files that stay as they are while the job runs",
+                             .advice = "Run the same command again when they do"});
+}
+
 /// An output that cannot be read is none of this job's, and is written anew.
 InputStamp stamp_of_output(const std::string& file) {
   try {
@@ -164,12 +174,16 @@ void check_unchanged(const StageRunner& runner, const std::string& stage) {
   const std::string now = stage == kPointsStage ? points_key(job) : raw_points_key(job);
   if (runner.store.has_key(stage, now)) return;
   if (!runner.store.key(stage)) throw_gone(runner.store, stage);
-  throw_bad_input("a scan changed while it was read",
-                  {.file = runner.job.files.front(),
-                   .place = {},
-                   .found = key_changes(runner.store.key(stage).value_or(now), now),
-                   .expected = "files that stay as they are while the job runs",
-                   .advice = "Run the same command again when they do"});
+  throw_changed(runner.job.files.front(), key_changes(runner.store.key(stage).value_or(now), now));
+}
+
+void tell_of_changed_input(const ResolvedJob& job, const Error& error) {
+  if (error.kind() != ErrorKind::kBadInput || error.problem() == kChanged) return;
+  const std::vector<InputStamp> now = stamps_of_inputs(job);
+  for (std::size_t i = 0; i < std::min(now.size(), job.inputs.size()); ++i)
+    if (now[i].text() != job.inputs[i].text())
+      throw_changed(now[i].file,
+                    job.inputs[i].text() + " before, " + now[i].text() + " now: " + error.what());
 }
 
 std::vector<InputStamp> stamps_of_outputs(const Job& job) {

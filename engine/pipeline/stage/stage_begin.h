@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/pipeline/stage/stage_runner.h"
+#include "io/error.h"
 
 namespace orbweave {
 
@@ -37,6 +38,10 @@ void drop_what_does_not_fit(StageRunner& runner, const std::string& stage, const
 /// Throws Error (bad input) where the scans are no longer what the stage was begun with. Looks at
 /// the scans again.
 void check_unchanged(const StageRunner& runner, const std::string& stage);
+
+/// Throws Error (bad input) where the error is about bad input and a scan has changed since the run
+/// began: a file that is being written or copied breaks off anywhere.
+void tell_of_changed_input(const ResolvedJob& job, const Error& error);
 
 /// The outputs as they lie there now.
 std::vector<InputStamp> stamps_of_outputs(const Job& job);
