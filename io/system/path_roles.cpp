@@ -250,6 +250,8 @@ void check_folder(const Place& place) {
   fs::path folder = directory_of(place.target);
   if (place.role->use == PathUse::kWorkDirectory)
     folder = place.exists ? place.target : split_at_nearest(place.target).first;
+  if (folder.empty())
+    throw_folder(place, "that the current folder was removed", "Change to a folder that is there");
   if (!is_folder(folder))
     throw_folder(place, folder.string() + ", which is no directory",
                  "Create " + folder.string() + " or choose another place");

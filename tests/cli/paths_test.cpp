@@ -491,6 +491,17 @@ TEST_CASE("AWorkDirectoryThatTheUserMadeIsLeftEmptyAndOneThatTheProgramMadeGoes"
   CHECK(fs::is_empty(in / "a"));
 }
 
+TEST_CASE("WhereTheCurrentFolderIsGoneTheMessageSaysSo") {
+  const ScratchDirectory in;
+  make_scan(in);
+  const ProgramResult result =
+      run_limited(in, "mkdir gone && cd gone && rmdir ../gone",
+                  {"reconstruct", (in / "scan.ply").string(), "-o", "m.ply"});
+  CHECK(result.status == 4);
+  CHECK(result.err.find("found that the current folder was removed") != std::string::npos);
+  CHECK(result.err.find("Change to a folder that is there") != std::string::npos);
+}
+
 TEST_CASE("ACopyOfAWorkDirectoryIsResumedAndRemoved") {
   const ScratchDirectory in;
   make_scan(in);
