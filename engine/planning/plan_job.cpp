@@ -38,6 +38,7 @@
 #include "engine/planning/trial.h"
 #include "io/error.h"
 #include "io/system/glob.h"
+#include "io/system/memory_limit.h"
 #include "io/system/process_times.h"
 
 namespace orbweave {
@@ -265,6 +266,9 @@ double planned_seconds(const RunControl& control, const Partition& measured,
 void plan_resources(const ResolvedJob& job, const CountedCloud& cloud, const Partition& measured,
                     JobPlan& plan) {
   plan.peak_memory_bytes = predicted_peak_bytes(job, measured, plan.radii);
+  const std::string objection =
+      objection_to_peak(job, plan.peak_memory_bytes, memory_limit_bytes());
+  if (!objection.empty()) plan.doubts.push_back(objection);
   plan.disk_bytes = plan_disk(job, size_of(cloud), raw_work_of(plan)).all_bytes();
 }
 

@@ -142,6 +142,15 @@ std::uint64_t largest_child_bytes() {
 
 }  // namespace
 
+TEST_CASE("APeakBeyondWhatTheSystemGivesIsToldWithTheKeyThatLowersIt") {
+  const Job job;
+  CHECK(objection_to_peak(job, 100 * kMiB, 100 * kMiB).empty());
+  CHECK(objection_to_peak(job, 100 * kMiB, std::nullopt).empty());
+  const std::string told = objection_to_peak(job, 300 * kMiB, 200 * kMiB);
+  for (const char* word : {"300.0 MiB", "200.0 MiB", "killed", "partition.memory"})
+    CHECK(told.find(word) != std::string::npos);
+}
+
 TEST_CASE("ADensitySpikeStaysInsideTheBudget") {
   const ScratchDirectory scratch;
   constexpr std::size_t kPoints = 700'000;

@@ -281,4 +281,15 @@ void require_memory_for_largest(const ResolvedJob& job, const Partition& partiti
            setting_name(job, "cleaning.thin_to_spacing")});
 }
 
+std::string objection_to_peak(const Job& job, std::uint64_t predicted_bytes,
+                              std::optional<std::uint64_t> limit_bytes) {
+  if (!limit_bytes || predicted_bytes <= *limit_bytes) return {};
+  return "the job takes about " + format_bytes(predicted_bytes) +
+         " of memory, and the system lets it have " + format_bytes(*limit_bytes) +
+         " (the machine's memory, or the limit of a container or a batch system): it may be "
+         "killed; "
+         "make " +
+         setting_name(job, "partition.memory") + " less than that";
+}
+
 }  // namespace orbweave

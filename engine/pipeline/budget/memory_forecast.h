@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/pipeline/stage/partition.h"
@@ -66,5 +68,10 @@ void require_memory_for_boundary(const ResolvedJob& job, const Partition& partit
 void require_memory_for_largest(const ResolvedJob& job, const Partition& partition,
                                 std::span<const std::uint64_t> points,
                                 std::span<const double> radii);
+
+/// What is to be said of a predicted peak beyond what the system lets the process have
+/// (io/system/memory_limit.h); empty: nothing.
+std::string objection_to_peak(const Job& job, std::uint64_t predicted_bytes,
+                              std::optional<std::uint64_t> limit_bytes);
 
 }  // namespace orbweave
