@@ -9,6 +9,7 @@
 
 #include "engine/levels/tileset.h"
 #include "engine/levels/tileset_work.h"
+#include "engine/pipeline/output/mesh_for_levels.h"
 #include "io/error.h"
 #include "io/meshes/mesh_stream.h"
 #include "tests/support/jobs.h"
@@ -105,6 +106,20 @@ void check_refused(const Job& job, const std::string& found) {
   } catch (const Error& error) {
     CHECK(error.kind() == ErrorKind::kUsage);
     CHECK_THAT(error.what(), Contains("output.tileset") && Contains(found));
+  }
+}
+
+TEST_CASE("NothingIsMadeOfAMeshFileThatIsGoneBeforeItIsLookedAt") {
+  const ScratchDirectory scratch;
+  const std::string mesh = (scratch / "mesh.ply").string();
+  const MeshFileState written = state_of_mesh_file(mesh);
+  CHECK(written.content.empty());
+  try {
+    make_of_mesh_file(mesh, written, [] { FAIL("made of nothing"); });
+    FAIL("nobody noticed");
+  } catch (const Error& error) {
+    CHECK(error.kind() == ErrorKind::kResource);
+    CHECK(error.parts().found == "no such file");
   }
 }
 

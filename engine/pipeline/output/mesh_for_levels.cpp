@@ -72,7 +72,8 @@ MeshFileState state_of_mesh_file(const std::string& mesh) {
 void make_of_mesh_file(const std::string& mesh, const MeshFileState& written,
                        const std::function<void()>& make) {
   const MeshFileState before = state_of_mesh_file(mesh);
-  if (before.content != written.content) throw_other_mesh(mesh, before);
+  // It may have gone before it was looked at.
+  if (written.content.empty() || before.content != written.content) throw_other_mesh(mesh, before);
   try {
     make();
   } catch (const Error& error) {

@@ -30,7 +30,7 @@ struct MeshFileState {
 MeshFileState state_of_mesh_file(const std::string& mesh);
 
 /// Calls `make`, which reads the mesh file again. Throws Error (resource) where the file that is
-/// read is not the one that the job wrote: the job itself, run again, writes it again.
+/// read is not the one that the job wrote, or there is none: the job, run again, writes it again.
 void make_of_mesh_file(const std::string& mesh, const MeshFileState& written,
                        const std::function<void()>& make);
 
