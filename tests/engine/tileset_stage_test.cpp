@@ -1,6 +1,7 @@
 // The tileset of a job: that of its mesh file, however the job was cut and interrupted.
 #include "engine/pipeline/output/tileset_stage.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <functional>
@@ -10,6 +11,7 @@
 #include "engine/levels/tileset.h"
 #include "engine/levels/tileset_work.h"
 #include "engine/pipeline/output/mesh_for_levels.h"
+#include "engine/pipeline/pipeline.h"
 #include "io/error.h"
 #include "io/meshes/mesh_stream.h"
 #include "tests/support/jobs.h"
@@ -120,6 +122,26 @@ TEST_CASE("NothingIsMadeOfAMeshFileThatIsGoneBeforeItIsLookedAt") {
   } catch (const Error& error) {
     CHECK(error.kind() == ErrorKind::kResource);
     CHECK(error.parts().found == "no such file");
+  }
+}
+
+TEST_CASE("StatusSaysThatATilesetIsDoneWhileTheMeshIsSimplified") {
+  const ScratchDirectory scratch;
+  Job job = tileset_job(scratch, test::noisy_torus(2000, 0.0, 7));
+  job.output.simplify = SimplifyTarget{SimplifyTarget::Kind::kRatio, 0.5};
+  for (const std::string at : {"tileset", "simplify"}) {
+    INFO(at);
+    StopToken stop;
+    RecordingProgress progress;
+    progress.at_stage = [&](const std::string& name) {
+      if (name == at) stop.request();
+    };
+    CHECK_THROWS_AS(run_job(job, {"test"}, progress, stop), Error);
+    const WorkStatus status = work_status(job.run.work_dir);
+    const bool is_behind = at == "simplify";
+    CHECK(fs::exists(job.output.tileset) == is_behind);
+    const auto tileset = std::ranges::find(status.stages, "tileset", &StageStatus::name);
+    CHECK((tileset != status.stages.end() && tileset->done) == is_behind);
   }
 }
 
