@@ -125,6 +125,24 @@ TEST_CASE("NothingIsMadeOfAMeshFileThatIsGoneBeforeItIsLookedAt") {
   }
 }
 
+TEST_CASE("TwoCommandsThatMakeTheSameTilesetDoNotTakeEachOthersFiles") {
+  const ScratchDirectory scratch;
+  const fs::path directory = scratch / "tiles.work";
+  {
+    const TilesetWork first(directory);
+    try {
+      const TilesetWork second(directory);
+      FAIL("both are at work");
+    } catch (const Error& error) {
+      CHECK(error.kind() == ErrorKind::kResource);
+      CHECK(error.problem() == "the work directory is in use by another process");
+    }
+    CHECK(fs::exists(directory / (std::string(kRecordName) + "0")));
+  }
+  CHECK_FALSE(fs::exists(directory));
+  const TilesetWork next(directory);
+}
+
 TEST_CASE("StatusSaysThatATilesetIsDoneWhileTheMeshIsSimplified") {
   const ScratchDirectory scratch;
   Job job = tileset_job(scratch, test::noisy_torus(2000, 0.0, 7));
