@@ -26,27 +26,29 @@ constexpr const char* kStore = "tileset";
 
 /// Whether the directory that is open still has its name: a process that ends removes its own.
 bool has_name(const FileDescriptor& open, const std::filesystem::path& directory) {
-  struct stat held {
-  }, named{};
+  struct stat held = {}, named = {};
   return ::fstat(open.get(), &held) == 0 && ::stat(directory.c_str(), &named) == 0 &&
          held.st_ino == named.st_ino && held.st_dev == named.st_dev;
 }
 
 /// Makes the directory where it is absent, and locks it as long as the process has it open.
 FileDescriptor hold(const std::filesystem::path& directory) {
-  for (;;) {
+  // Another process may remove its own directory between two of these steps, again and again; a
+  // file system that gives an open directory another number than its name has would never agree.
+  constexpr int kMostTries = 100;
+  for (int tries = 1;; ++tries) {
     std::error_code error;
     std::filesystem::create_directory(directory, error);
     if (error) throw_unmade(directory, error.value());
     FileDescriptor held(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (!held.valid() && errno == ENOENT) continue;
+    if (!held.valid() && errno == ENOENT && tries < kMostTries) continue;
     if (!held.valid()) throw_unmade(directory, errno);
     // A file system without locks guards nothing.
     if (::flock(held.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
       throw_resource("the work directory is in use by another process",
                      {.file = directory.string(),
                       .advice = "Wait for that one to end, or write to another place"});
-    if (has_name(held, directory)) return held;
+    if (has_name(held, directory) || tries >= kMostTries) return held;
   }
 }
 
