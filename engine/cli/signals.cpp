@@ -89,7 +89,7 @@ std::string interruption() {
 void handle_signals(StopToken& stop) {
   token.store(&stop);
   set_last_word(interruption());
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) install_unless_ignored(signal, on_signal);
+  for (const int signal : kStopSignals) install_unless_ignored(signal, on_signal);
   install(SIGALRM, on_end_of_patience);
   install(SIGPIPE, SIG_IGN);
   install(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size fails as on a full disk

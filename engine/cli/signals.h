@@ -1,6 +1,9 @@
-// SIGINT, SIGTERM and SIGHUP become a request to stop; nothing else happens in a handler.
+// Signals that end a program become a request to stop; nothing else happens in a handler.
 #pragma once
 
+#include <signal.h>
+
+#include <array>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -11,8 +14,11 @@
 
 namespace orbweave {
 
-/// From now on SIGINT, SIGTERM and SIGHUP set `stop`, which must outlive the process's main(),
-/// unless they are ignored already; a second one ends the process at once with status 130. So does
+/// The signals of a user, and those by which batch systems announce that a job's time is over.
+inline constexpr std::array kStopSignals = {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR1, SIGUSR2};
+
+/// From now on these signals set `stop`, which must outlive the process's main(), unless they are
+/// ignored already; a second one ends the process at once with status 130. So does
 /// a second's wait: work that has not ended by then is left as it is, as a kill would leave it,
 /// temporaries of outputs are removed, and the last word is said. SIGPIPE is ignored, so that
 /// writing to a closed pipe is an error that gets reported.

@@ -27,7 +27,7 @@ int status_of_child(const std::function<int(orbweave::StopToken&)>& body, int ig
   const pid_t child = fork();
   if (child == 0) {
     static orbweave::StopToken stop;
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+    for (const int signal : orbweave::kStopSignals)
       ::signal(signal, signal == ignored ? SIG_IGN : SIG_DFL);
     orbweave::handle_signals(stop);
     _exit(body(stop));
@@ -42,7 +42,7 @@ void without_catching(const std::function<void()>& work) noexcept { work(); }
 }  // namespace
 
 TEST_CASE("FirstSignalOnlyAsksToStop") {
-  const int signal = GENERATE(SIGINT, SIGTERM, SIGHUP);
+  const int signal = GENERATE(from_range(orbweave::kStopSignals));
   CHECK(status_of_child([signal](orbweave::StopToken& stop) {
           if (stop.requested()) return 1;
           raise(signal);
@@ -51,7 +51,7 @@ TEST_CASE("FirstSignalOnlyAsksToStop") {
 }
 
 TEST_CASE("WhatNohupOrAScriptStartsInTheBackgroundGoesOnAfterASignalThatIsIgnored") {
-  const int signal = GENERATE(SIGINT, SIGTERM, SIGHUP);
+  const int signal = GENERATE(from_range(orbweave::kStopSignals));
   CHECK(status_of_child(
             [signal](orbweave::StopToken& stop) {
               raise(signal);
@@ -89,7 +89,7 @@ TEST_CASE("SecondSignalEndsTheProcessAtOnce") {
 }
 
 TEST_CASE("WhatLeavesNothingBehindIsEndedByTheFirstSignal") {
-  const int signal = GENERATE(SIGINT, SIGTERM, SIGHUP);
+  const int signal = GENERATE(from_range(orbweave::kStopSignals));
   CHECK(status_of_child([signal](orbweave::StopToken&) {
           const orbweave::EndAtOnceOnSignals scope;
           raise(signal);
@@ -120,7 +120,7 @@ TEST_CASE("ClosedPipeIsAnErrorOfTheWriteAndNoDeath") {
 }
 
 TEST_CASE("WorkThatGoesOnAfterASignalIsLeftBehind") {
-  const int signal = GENERATE(SIGINT, SIGTERM, SIGHUP);
+  const int signal = GENERATE(from_range(orbweave::kStopSignals));
   const orbweave::test::ScratchDirectory in;
   CHECK(status_of_child([signal, &in](orbweave::StopToken&) {
           orbweave::AtomicFile file(in / "out.ply");

@@ -21,7 +21,8 @@ import trial
 SHORT, LONG = 7, 350
 UNIT = "kills"
 SIGNALS_PER_ROUND = 6
-ASKS_TO_STOP = {signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGALRM}  # the last one at once
+ASKS_TO_STOP = {signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGXCPU, signal.SIGUSR1, signal.SIGUSR2,
+                signal.SIGALRM}  # the last one at once
 IGNORED = {signal.SIGPIPE, signal.SIGCONT}  # the run goes on
 SIGNALS = [signal.SIGKILL] * 3 + [signal.SIGTERM, signal.SIGINT] * 2 + [
     signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT, signal.SIGSEGV, signal.SIGPIPE, signal.SIGXCPU, signal.SIGBUS,
