@@ -197,7 +197,7 @@ TEST_CASE("VerticesThatAFileOfFacetsHasNoPlaceForAreNamed") {
 
 TEST_CASE("ConvertAndInspectTakeTheNamesOfColumns") {
   const ScratchDirectory in;
-  write_text(in / "a.csv", "Easting,Northing,Height,Code\n1,2,3,300\n4,5,6,7\n");
+  write_text(in / "a.csv", "Rechtswert,Hochwert,Hoehe,Code\n1,2,3,300\n4,5,6,7\n");
   const ProgramResult unnamed = run_in(in, {"convert", "a.csv", "b.csv"});
   CHECK(unnamed.status == 3);
   CHECK_THAT(unnamed.err, Contains("Name them with input.columns (--columns)"));
