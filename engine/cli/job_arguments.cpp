@@ -20,12 +20,6 @@ constexpr std::array<std::string_view, 7> kRunKeys = {
 
 constexpr std::string_view kMeshKey = "output.mesh";
 
-/// Paths of directories, which the program makes.
-bool is_directory(const JobKey& key) {
-  const std::string_view name = key.key;
-  return name == "tileset" || name == "work_dir";
-}
-
 /// What an option takes, as help shows it: the values of a choice, a word for other types.
 std::string value_name(const JobKey& key) {
   std::string names;
@@ -36,7 +30,9 @@ std::string value_name(const JobKey& key) {
     case JobKeyType::kTexts:
       return "NAME,...";
     case JobKeyType::kPath:
-      return is_directory(key) ? "DIR" : "FILE";
+      return "FILE";
+    case JobKeyType::kDirectory:
+      return "DIR";
     case JobKeyType::kPaths:
       return "FILE,...";
     case JobKeyType::kNumber:

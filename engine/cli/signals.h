@@ -17,7 +17,7 @@ namespace orbweave {
 /// The signals of a user, and those by which batch systems announce that a job's time is over.
 inline constexpr std::array kStopSignals = {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR1, SIGUSR2};
 
-/// From now on these signals set `stop`, which must outlive the process's main(), unless they are
+/// From now on kStopSignals set `stop`, which must outlive the process's main(), unless they are
 /// ignored already; a second one ends the process at once with status 130. So does
 /// a second's wait: work that has not ended by then is left as it is, as a kill would leave it,
 /// temporaries of outputs are removed, and the last word is said. SIGPIPE is ignored, so that

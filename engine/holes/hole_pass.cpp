@@ -199,9 +199,13 @@ std::vector<std::uint8_t> crumbs_of(const HolePlan& plan, std::span<const Piece>
       find_crumbs(plan.loops, pieces, outer_borders(plan.loops, pieces));
   if (std::find(crumbs.begin(), crumbs.end(), 1) == crumbs.end()) return crumbs;
   const LoopKinds kinds = kinds_of(choose_holes(plan.loops, pieces, options));
+  std::vector<std::uint64_t> islands;
   for (const auto& list :
        find_islands(plan.loops, kinds.is_hole, kinds.may_be_island, plan.vertices, stop))
-    for (const std::uint32_t l : list) keep_pieces(plan.loops, plan.loops[l].components, crumbs);
+    for (const std::uint32_t l : list)
+      islands.insert(islands.end(), plan.loops[l].components.begin(),
+                     plan.loops[l].components.end());
+  keep_pieces(plan.loops, islands, crumbs);
   return crumbs;
 }
 

@@ -35,7 +35,7 @@ std::vector<Site> sites_of(std::span<const PatchSum> sums, Vec3 up) {
   std::vector<Site> sites;
   sites.reserve(sums.size());
   for (const PatchSum& sum : sums) {
-    const Vec3 center = sum.lowest + 0.5 * (sum.highest - sum.lowest);
+    const Vec3 center = center_of(sum);
     sites.push_back({dot(center, axes.u), dot(center, axes.v), dot(center, up)});
   }
   return sites;

@@ -121,7 +121,7 @@ std::vector<ContestedPlace> places_of(const std::vector<PatchSum>& sums,
   };
   std::vector<std::array<double, 3>> corners;
   for (const std::uint32_t v : contested) {
-    const Vec3 center = sums[v].lowest + 0.5 * (sums[v].highest - sums[v].lowest);
+    const Vec3 center = center_of(sums[v]);
     corners.push_back(
         {std::floor(center.x / side), std::floor(center.y / side), std::floor(center.z / side)});
   }

@@ -116,8 +116,7 @@ std::vector<PartShape> shapes_of_parts(std::span<const PatchSum> sums, const Sig
     shape.center = of[row].center();
     const double sign = parts.turn[v] ? -1.0 : 1.0;
     const Vec3 normal = sign * sums[v].area_normal;
-    const Vec3 place = sums[v].lowest + 0.5 * (sums[v].highest - sums[v].lowest) - shape.center;
-    of[row].enclosed += symmetric_product(normal, place);
+    of[row].enclosed += symmetric_product(normal, center_of(sums[v]) - shape.center);
     shape.area_normal = shape.area_normal + normal;
     shape.area += norm(sums[v].area_normal);
     shape.surface += surface_area(sums[v]);

@@ -126,7 +126,7 @@ class Judge {
       // Leaves, noise and corners have no one side that a scanner could light.
       if (surface_area(sum) == 0.0) continue;
       const bool is_turned = (turn_[rows[k]] != 0) != seen_at_front;
-      samples.push_back({.position = sum.lowest + 0.5 * (sum.highest - sum.lowest),
+      samples.push_back({.position = center_of(sum),
                          .normal = (is_turned ? -1.0 : 1.0) * normalized(sum.area_normal),
                          .points = static_cast<double>(sum.points),
                          .area = sum.area > 0.0 ? sum.area : norm(sum.area_normal)});

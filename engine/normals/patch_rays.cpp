@@ -65,7 +65,7 @@ PatchRays::Place PatchRays::counted(const Place& place) const {
 Vec3 PatchRays::middle(std::uint32_t patch) const {
   const PatchSum& sum = sums_[patch];
   const Plane& plane = planes_[patch];
-  const Vec3 center = sum.lowest + 0.5 * (sum.highest - sum.lowest);
+  const Vec3 center = center_of(sum);
   return center + (plane.offset - dot(plane.normal, center - sum.flux_origin)) * plane.normal;
 }
 

@@ -30,6 +30,9 @@ struct PatchSum {
   double area = 0.0;     ///< of its points, whatever way their normals point; 0: not known
 };
 
+/// The middle of the bounds.
+inline Vec3 center_of(const PatchSum& sum) { return sum.lowest + 0.5 * (sum.highest - sum.lowest); }
+
 /// How nearly the normals of a patch are one: 1 on a plane, well below on leaves and noise.
 inline double coherence(const PatchSum& sum) {
   return sum.area > 0.0 ? norm(sum.area_normal) / sum.area : 1.0;

@@ -132,12 +132,15 @@ bool contradict(const SideFacts& sides, std::uint64_t points_of_cloud) {
   return static_cast<double>(sides.seams * one_in) > kLongSeam * std::sqrt(smooth);
 }
 
-/// What is level faces down, as ceilings do.
-bool is_upside_down(const SideFacts& sides) {
-  constexpr std::uint64_t kMost = 10, kLeastLevel = 5;  // a tenth faces up; a fifth is level
+/// Ground whose normals point down: one point in five or more is level, and ten face down for each
+/// that faces up. Where z is not the height, upward and downward are not counted.
+bool is_upside_down(const NormalOptions& options, const SideFacts& sides) {
+  constexpr std::uint64_t kOneIn = 5, kForEach = 10;
+  if (options.orientation != Orientation::kGround) return false;
+  if (options.up && normalized(*options.up).z < 1.0) return false;
   return sides.looked >= kFewestLookedAt &&
-         (sides.upward + sides.downward) * kLeastLevel >= sides.looked &&
-         sides.downward > kMost * sides.upward;
+         (sides.upward + sides.downward) * kOneIn >= sides.looked &&
+         sides.downward > kForEach * sides.upward;
 }
 
 /// What to do about normals that were not turned by their neighbours.
@@ -167,8 +170,8 @@ void warn_of_sides(StageRunner& runner, const RunResults& results) {
                 format_position(sides.place) +
                 "; around there parts of the mesh face the wrong way, overlap or are missing; " +
                 advice_on_sides(runner, results));
-  if (runner.job.normals.orientation == Orientation::kGround &&
-      results.partition.normals.source == NormalSource::kFile && is_upside_down(sides))
+  if (results.partition.normals.source == NormalSource::kFile &&
+      is_upside_down(runner.job.normals, sides))
     runner.warn("the input's normals face down where the surface is level, at " +
                 percent(sides.downward, sides.upward + sides.downward) +
                 " of these points: the ground of the mesh faces down; " +

@@ -167,9 +167,11 @@ void predict(StageRunner& runner, std::uint64_t disk_bytes, RunResults& results)
   const std::uint64_t so_far = std::min(peak_memory_bytes(), job.partition.memory_bytes);
   ResourceFacts& predicted = results.predicted;
   predicted.peak_memory_bytes = std::max(predicted_peak_bytes(job, partition, radii), so_far);
-  const std::string objection =
-      objection_to_peak(job, predicted.peak_memory_bytes, memory_limit_bytes());
-  if (!objection.empty() && runner.communicator.is_root()) runner.warn(objection);
+  if (runner.communicator.is_root()) {
+    const std::string objection =
+        objection_to_peak(job, predicted.peak_memory_bytes, memory_limit_bytes());
+    if (!objection.empty()) runner.warn(objection);
+  }
   const std::vector<ExpectedStage> stages =
       expected_stages(job, size_of_job(partition, radii, runner.communicator.size()));
   predicted.seconds = sum_of_seconds(stages);

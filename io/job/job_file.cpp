@@ -161,9 +161,9 @@ std::string file_text(const std::filesystem::path& path) {
 
 /// Keys whose values are words rather than TOML, where they come from a command line.
 bool takes_words(JobKeyType type) {
-  return type == JobKeyType::kPath || type == JobKeyType::kPaths || type == JobKeyType::kTexts ||
-         type == JobKeyType::kChoice || type == JobKeyType::kColor ||
-         type == JobKeyType::kSimplification;
+  return type == JobKeyType::kPath || type == JobKeyType::kDirectory ||
+         type == JobKeyType::kPaths || type == JobKeyType::kTexts || type == JobKeyType::kChoice ||
+         type == JobKeyType::kColor || type == JobKeyType::kSimplification;
 }
 
 bool is_list(JobKeyType type) {

@@ -605,7 +605,7 @@ constexpr JobKey kKeys[] = {
      set_tile_size,
      [](const Job& job) -> JobValue { return job.output.tile_size; },
      {.least = kLeastTileSize, .most = kLargestTileSize, .has_zero = true}},
-    {"output", "tileset", T::kPath, "a path, or \"\" for none", {},
+    {"output", "tileset", T::kDirectory, "a path, or \"\" for none", {},
      "directory to write levels of detail of the mesh to, as 3D Tiles 1.1; the mesh is a .ply file then", "tileset", "",
      [](Job& job, const W& value) { job.output.tileset = path_value(value); },
      [](const Job& job) -> JobValue { return job.output.tileset; }},
@@ -659,7 +659,7 @@ constexpr JobKey kKeys[] = {
      [](Job& job, const W& value) { job.run.threads = static_cast<int>(integer_value(value, 0, kMostThreads)); },
      [](const Job& job) -> JobValue { return std::int64_t{job.run.threads}; },
      {.least = 0, .most = kMostThreads}},
-    {"run", "work_dir", T::kPath, "a path, or \"\" for the mesh's name with .work", {},
+    {"run", "work_dir", T::kDirectory, "a path, or \"\" for the mesh's name with .work", {},
      "work directory that an interrupted run resumes from; the default is the name of the mesh with .work", "work-dir", "",
      [](Job& job, const W& value) { job.run.work_dir = path_value(value); },
      [](const Job& job) -> JobValue { return job.run.work_dir; }},
@@ -772,6 +772,7 @@ const char* type_name(JobKeyType type) {
     case JobKeyType::kTexts:
       return "list of texts";
     case JobKeyType::kPath:
+    case JobKeyType::kDirectory:
       return "path";
     case JobKeyType::kPaths:
       return "list of paths";

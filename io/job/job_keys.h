@@ -22,6 +22,7 @@ using JobValue = std::variant<bool, std::int64_t, double, std::string, std::vect
 enum class JobKeyType {
   kTexts,
   kPath,
+  kDirectory,  ///< a path, too, of a directory that the program makes
   kPaths,
   kFlag,
   kChoice,

@@ -64,6 +64,7 @@ Json forms_of(const JobKey& key) {
       add_lists(forms, name_schema(), key.limits);
       break;
     case JobKeyType::kPath:
+    case JobKeyType::kDirectory:
       forms.push_back(text_schema());
       break;
     case JobKeyType::kFlag:

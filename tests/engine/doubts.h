@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "engine/planning/plan_job.h"
-#include "io/error.h"
 #include "tests/support/clouds.h"
 #include "tests/support/data.h"
 #include "tests/support/jobs.h"
@@ -77,16 +76,7 @@ inline NamedCloud thin_plate(double steps) {
 
 /// What reading and cleaning `job` says when it is interrupted at a stage and resumed.
 inline RunReport resumed_at(const Job& job, const std::string& stage) {
-  StopToken stop;
-  RecordingProgress progress;
-  progress.at_stage = [&](const std::string& begun) {
-    if (begun == stage) stop.request();
-  };
-  try {
-    run_job(job, {"test"}, progress, stop);
-  } catch (const Error& error) {
-    CHECK(error.kind() == ErrorKind::kInterrupted);
-  }
+  run_until(job, stage);
   return run(job);
 }
 

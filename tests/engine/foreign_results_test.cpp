@@ -26,26 +26,12 @@ using test::bytes_of;
 using test::kStoredDamages;
 using test::mesh_bytes;
 using test::RecordingProgress;
+using test::run_until;
 using test::ScratchDirectory;
 using test::StoredDamage;
 using test::StoredDirectories;
 
 [[maybe_unused]] const bool in_memory = test::scratch_in_memory();
-
-void run_until(const Job& job, const std::string& stage) {
-  RecordingProgress progress;
-  StopToken stop;
-  progress.at_stage = [&](const std::string& name) {
-    if (name == stage) stop.request();
-  };
-  try {
-    run_job(job, {"test"}, progress, stop);
-    FAIL("there was no stage " << stage);
-  } catch (const Error& error) {
-    INFO(error.what());
-    REQUIRE(error.kind() == ErrorKind::kInterrupted);
-  }
-}
 
 void copy_tree(const fs::path& from, const fs::path& to) {
   fs::remove_all(to);

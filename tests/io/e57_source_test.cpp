@@ -474,10 +474,11 @@ TEST_CASE("E57AttributesThatSomeScansLackAreTold") {
   CHECK(lost({first, first}).empty());
   CHECK(lost({first, scan_of({})}).empty());
   CHECK(lost({first, second, first}) ==
-        Strings{"the lack of red, green, blue in 1 of 3 scans, whose points get 0"});
+        Strings{"which points have red, green, blue: 1 of 3 scans has none, and its points get 0"});
   CHECK(lost({second, first, scan_of(some_points(1))}) ==
-        Strings{"the lack of intensity in 1 of 3 scans, whose points get 0",
-                "the lack of red, green, blue in 2 of 3 scans, whose points get 0"});
+        Strings{
+            "which points have intensity: 1 of 3 scans has none, and its points get 0",
+            "which points have red, green, blue: 2 of 3 scans have none, and their points get 0"});
 }
 
 TEST_CASE("E57PacketsOfOtherKindsAreSteppedOver") {

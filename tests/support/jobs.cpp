@@ -81,6 +81,22 @@ RunReport run(const Job& job) {
   return run_job(job, {"test"}, progress, stop);
 }
 
+void run_until(const Job& job, const std::string& stage) {
+  RecordingProgress progress;
+  StopToken stop;
+  progress.at_stage = [&](const std::string& name) {
+    if (name == stage) stop.request();
+  };
+  try {
+    run_job(job, {"test"}, progress, stop);
+  } catch (const Error& error) {
+    INFO(error.what());
+    REQUIRE(error.kind() == ErrorKind::kInterrupted);
+    return;
+  }
+  FAIL("there was no stage " << stage);
+}
+
 std::string mesh_bytes(const Job& job) {
   run(job);
   return bytes_of(job.output.mesh);

@@ -54,6 +54,8 @@ NamedCloud painted_torus(std::size_t points, double noise, std::uint64_t seed);
 Job job_for(const ScratchDirectory& scratch, const NamedCloud& named,
             std::vector<std::string> files = {});
 RunReport run(const Job& job);
+/// Runs the job until a stage begins, and stops it there.
+void run_until(const Job& job, const std::string& stage);
 /// Runs the job and returns the bytes of its mesh file.
 std::string mesh_bytes(const Job& job);
 

@@ -146,7 +146,9 @@ std::string objection_to_chunks(const ResolvedJob& job, std::uint64_t points) {
   return setting(job, "partition.chunk_points", std::to_string(most)) + " cuts " +
          format_count(points) + " points into " + format_count(points / most) +
          " chunks or more, and each of them works on the points around its own as well; " +
-         setting(job, "partition.chunk_points", "auto") + " is faster and makes the same mesh";
+         setting(job, "partition.chunk_points", "auto") + " is faster" +
+         (job.reconstruct.method == ReconstructionMethod::kBallPivoting ? " and makes the same mesh"
+                                                                        : "");
 }
 
 std::vector<std::string> objections_to_points(const ResolvedJob& job, const Partition& partition) {

@@ -52,8 +52,6 @@ std::vector<std::string> discard_from(ChunkStore& store, const std::string& stag
   return removed;
 }
 
-/// What a directory of outputs holds, by number, sizes and the latest change: there may be
-/// thousands of files, of which none is read.
 constexpr const char* kChanged = "a scan changed while it was read";
 
 [[noreturn]] void throw_changed(const std::string& file, const std::string& found) {
@@ -76,6 +74,8 @@ InputStamp stamp_of_output(const std::string& file) {
   }
 }
 
+/// What a directory of outputs holds, by number, sizes and the latest change: there may be
+/// thousands of files, of which none is read.
 InputStamp stamp_of_directory(const fs::path& directory) {
   InputStamp stamp;
   stamp.file = directory.string();

@@ -36,8 +36,10 @@ void add_lacks(const std::vector<E57Scan>& scans, const E57Layout& layout,
     lacks.back().second.push_back(layout.schema.attributes[a].name);
   }
   for (const auto& [lacking, names] : lacks)
-    lost.push_back("the lack of " + joined(names) + " in " + std::to_string(lacking.size()) +
-                   " of " + std::to_string(with_points) + " scans, whose points get 0");
+    lost.push_back("which points have " + joined(names) + ": " + std::to_string(lacking.size()) +
+                   " of " + std::to_string(with_points) + " scans " +
+                   (lacking.size() == 1 ? "has none, and its" : "have none, and their") +
+                   " points get 0");
 }
 
 }  // namespace
