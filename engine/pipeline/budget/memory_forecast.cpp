@@ -286,8 +286,8 @@ std::string objection_to_peak(const Job& job, std::uint64_t predicted_bytes,
   if (!limit_bytes || predicted_bytes <= *limit_bytes) return {};
   return "the job takes about " + format_bytes(predicted_bytes) +
          " of memory, and the system lets it have " + format_bytes(*limit_bytes) +
-         " (the machine's memory, or the limit of a container or a batch system), and may kill it "
-         "for more; make " +
+         " (the machine's memory, or the limit of a container or a batch system): a job that takes "
+         "more may be killed; make " +
          setting_name(job, "partition.memory") + " less than that";
 }
 
